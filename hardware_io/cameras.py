@@ -20,11 +20,11 @@ from ..systems.numerics.station.channel import freshness
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A picture and when it came.
+    """A picture and the time at which it came.
 
     Attributes:
         picture: Shape (height, width, 4), uint8: red, green, blue, opacity.
-        stamp: By `time.monotonic()` [s].
+        stamp: Time at which it came, by `time.monotonic()` [s].
     """
 
     picture: np.ndarray
@@ -35,7 +35,7 @@ class FrameSource(Protocol):
     """Something that takes pictures."""
 
     def read(self) -> Frame | None:
-        """The newest picture, at once; None before the first."""
+        """Return the newest picture without waiting; None before the first."""
         ...
 
     def close(self) -> None:
@@ -44,7 +44,7 @@ class FrameSource(Protocol):
 
 
 class NoCamera:
-    """Where no camera is: no picture ever comes."""
+    """Stand-in for a missing camera: it never gives a picture."""
 
     def read(self) -> Frame | None:
         """See `FrameSource`."""
@@ -55,10 +55,10 @@ class NoCamera:
 
 
 def without_password(place: str) -> str:
-    """An address without the name, password and parameters that let one look through the camera.
+    """Mask name, password and parameters in a camera's address, so that it can be shown.
 
     Args:
-        place: Of a camera, as "0" or "rtsp://name:password@camera/stream?token=secret".
+        place: Camera, as "0" or "rtsp://name:password@camera/stream?token=secret".
     """
     scheme, mark, rest = place.partition("://")
     if not mark:
@@ -74,7 +74,7 @@ _PAUSE = 0.05
 
 
 class OpenCvCapture:
-    """Pictures of a camera, taken by a thread, so that the newest is always at hand.
+    """Reads a camera in a thread, so that the newest picture is always at hand.
 
     Args:
         place: Number of a device, as "0", its path, or an address, as "rtsp://camera/stream".
@@ -84,7 +84,7 @@ class OpenCvCapture:
     """
 
     def __init__(self, place: str) -> None:
-        # OpenCV's own warnings would say the same again, in more lines.
+        # OpenCV's own warnings would only repeat the error below.
         level = cv2.utils.logging.getLogLevel()
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         try:
@@ -129,12 +129,12 @@ _KINDS = {".png", ".jpg", ".jpeg", ".bmp"}
 class PictureFolder:
     """Shows the pictures of a folder one after the other, in the order of their names, and stops.
 
-    The last picture grows old, as that of a camera does that has failed.
+    The last picture then grows old, like that of a camera that has failed.
 
     Args:
-        folder: With pictures.
+        folder: Folder with the pictures.
         rate: Pictures a second [1/s].
-        clock: By which they are shown, from this moment on [s].
+        clock: Clock that times the pictures, starting now [s].
 
     Raises:
         InvalidInput: The folder has no pictures, or one cannot be read; the rate is not positive.
@@ -177,9 +177,9 @@ class _Held:
 
 
 class CameraPort(LeafSystem):
-    """Samples a camera at its ticks, and says how old its picture is and whether it is still good.
+    """Samples a camera periodically; outputs the picture, its age and whether it is still valid.
 
-    The picture is of one black pixel before the first has come.
+    Before the first picture has come, `image` is one black pixel.
 
     .. pydrake_system::
 
@@ -206,7 +206,7 @@ class CameraPort(LeafSystem):
 
     Args:
         source: The camera.
-        period: Between ticks [s].
+        period: Time between samples [s].
         stale_after: Age up to which a picture is valid [s].
         clock: The clock of the source's stamps [s].
 

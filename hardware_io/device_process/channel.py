@@ -1,6 +1,6 @@
-"""How a controller and the process that drives its robots talk, without ever waiting.
+"""Non-blocking communication between a controller and the process that drives its robots.
 
-Words go by a socket; the newest of something by memory that both share.
+Messages go through a socket; the newest state goes through shared memory.
 """
 
 import mmap
@@ -23,9 +23,9 @@ class Open:
     """Open the link.
 
     Attributes:
-        kind: Of the robots, by name.
-        fleet: They, and how they are reached.
-        path: Where Python finds modules.
+        kind: Name of the kind of robots.
+        fleet: The robots, and how they are reached.
+        path: Python's module search path (`sys.path`).
     """
 
     kind: str
@@ -35,12 +35,12 @@ class Open:
 
 @dataclass(frozen=True)
 class Drive:
-    """Drive, until something else is said.
+    """Drive until the next message says otherwise.
 
     Attributes:
-        speeds: Of each robot [m/s].
-        turn_rates: Of each [rad/s].
-        deadline: When robots may begin to at the latest, by time.monotonic [s].
+        speeds: Forward speed of each robot [m/s].
+        turn_rates: Turn rate of each robot [rad/s].
+        deadline: Latest time at which robots may begin to follow, by time.monotonic [s].
     """
 
     speeds: tuple[float, ...]
@@ -50,10 +50,10 @@ class Drive:
 
 @dataclass(frozen=True)
 class Ask:
-    """Do something that is answered.
+    """Do something, and send an `Answer`.
 
     Attributes:
-        number: Of the question.
+        number: Number of the question.
         what: "arm" or "stop".
         timeout: How long robots may take [s].
     """
@@ -86,13 +86,13 @@ class Close:
 
 @dataclass(frozen=True)
 class Answer:
-    """To a question; number 0 to the first word.
+    """Answer to a question; number 0 answers the first message, `Open`.
 
     Attributes:
-        number: Of the question.
-        robots: That have done it.
+        number: Number of the question.
+        robots: Robots that have done it.
         failure: Why it cannot be done, or empty.
-        misused: Whether that is the fault of who asks.
+        misused: Whether the failure is due to invalid input by the caller.
     """
 
     number: int
@@ -103,13 +103,13 @@ class Answer:
 
 @dataclass(frozen=True)
 class Notice:
-    """How things stand.
+    """State of the link and its robots.
 
     Attributes:
-        time: By time.monotonic [s]; no two notices are alike.
-        reports: The latest of every robot that was heard.
-        health: Of the link.
-        failure: Why it has gone, or empty.
+        time: Time of writing, by time.monotonic [s]; it makes every notice differ from the last.
+        reports: The latest report of every robot that was heard.
+        health: Health of the link.
+        failure: Why the link has failed, or empty.
     """
 
     time: float
@@ -127,7 +127,7 @@ class Ended(Exception):
 
 
 class Channel:
-    """One end of a pair of sockets; messages are Python's own, since both ends are one program.
+    """One end of a pair of sockets; messages are pickled, since both ends are the same program.
 
     Args:
         end: A connected stream socket.
@@ -136,12 +136,12 @@ class Channel:
     def __init__(self, end: socket.socket) -> None:
         end.setblocking(False)
         self._end = end
-        # What the other side has not taken of a message, and what has come of one.
+        # The unsent rest of an outgoing message, and the received part of an incoming one.
         self._rest, self._came = b"", b""
         self._sending = threading.Lock()
 
     def offer(self, message: Any) -> bool:
-        """Send a message, at once; False: the other side takes nothing now, and it is dropped.
+        """Send a message without waiting; False: the other side's buffer is full, it is dropped.
 
         Raises:
             Ended: The other side has gone.
@@ -154,10 +154,10 @@ class Channel:
             return True
 
     def receive(self, patience: float) -> list[Any]:
-        """Messages that have come, after a wait until there is one; for one thread.
+        """Return the messages that have come, waiting for data; to be called from one thread only.
 
         Args:
-            patience: How long to wait [s].
+            patience: How long to wait at most [s].
 
         Raises:
             Ended: The other side has gone.
@@ -182,11 +182,11 @@ class Channel:
         return found
 
     def close(self) -> None:
-        """Go; the other side sees it."""
+        """Close the socket; the other side then raises `Ended`."""
         self._end.close()
 
     def _push(self, data: bytes) -> bool:
-        """Whether all of it was taken; what was not is kept for the next time."""
+        """Send data and keep the rest for the next time; returns whether all of it was sent."""
         try:
             taken = self._end.send(data)
         except BlockingIOError:
@@ -197,34 +197,34 @@ class Channel:
         return not self._rest
 
 
-# Of the whole: the number of the newest notice. Of each place: the number of the notice there,
-# its length and its checksum.
+# The board begins with the number of the newest notice. Each place begins with the number of the
+# notice there, its length and its checksum.
 _NEWEST, _HEAD = struct.Struct("<Q"), struct.Struct("<QII")
-# For a notice [bytes]: the reports of a team take some thousands. A reader is overtaken when all
-# places have been written since it began.
+# Room for a notice [bytes], of which the reports of a team take some thousands, and number of
+# places. A reader is overtaken when all places have been written since it began.
 _PLACE, _PLACES = 1 << 16, 8
 _SIZE = _NEWEST.size + _PLACES * (_HEAD.size + _PLACE)
-# How often a reader tries again that was overtaken.
+# How often a reader tries at most when it is overtaken.
 _TRIES = 50
 
 
 class NoticeBoard:
-    """A piece of memory that one process writes and others read.
+    """Shared memory that one process writes and others read.
 
-    Notices go to eight places in turn, with number and checksum: a reader that is overtaken sees
-    that, and looks again. A writer that dies in the middle leaves the notice before.
+    Notices go to eight places in turn, with number and checksum, by which a reader notices that it
+    was overtaken, and reads again. If a writer dies while writing, the previous notice remains.
 
     Attributes:
-        file: Number of the open file behind it, which a child process may be given.
+        file: Descriptor of the file behind it, which can be passed to a child process.
 
     Args:
-        file: Of a board that another process made; None: a new one.
+        file: Descriptor of a board that another process made; None: make a new one.
     """
 
     def __init__(self, file: int | None = None) -> None:
         self._own: Any = None
         if file is None:
-            # Open as long as the board is.
+            # The file stays open as long as the board.
             self._own = tempfile.TemporaryFile()  # noqa: SIM115
             self._own.truncate(_SIZE)
         self.file = int(self._own.fileno() if file is None else file)
@@ -232,7 +232,7 @@ class NoticeBoard:
         self._number = self._newest()
 
     def write(self, notice: bytes) -> None:
-        """Put up a notice in place of the last; for one thread of one process.
+        """Replace the last notice by a new one; to be called from one thread of one process only.
 
         Raises:
             ValueError: It is longer than 64 kB.
@@ -248,7 +248,7 @@ class NoticeBoard:
         self._number = number
 
     def read(self) -> bytes | None:
-        """The newest notice; None: there is none, or all were overtaken."""
+        """Return the newest notice; None: there is none, or every try was overtaken."""
         for _ in range(_TRIES):
             number = self._newest()
             if number == 0:
@@ -262,7 +262,7 @@ class NoticeBoard:
         return None
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release the memory and, if this board made it, the file."""
         self._memory.close()
         if self._own is not None:
             self._own.close()

@@ -1,7 +1,7 @@
-"""The process that drives robots for a controller, and stops them when that has gone.
+"""The process that drives robots for a controller, and stops them if the controller dies.
 
-Run by `ProcessLink` as a module, with the numbers of two open files, its socket and its board. It
-goes before other programs, and keeps CPUs awake, where the system lets it.
+`ProcessLink` runs it as a module; its arguments are two file descriptors, of its socket and of its
+board. It runs with real-time priority and keeps CPUs awake, where the system lets it.
 """
 
 import contextlib
@@ -34,24 +34,24 @@ from .channel import (
 )
 from .urgency import keep_awake
 
-# Robots whose controller has said nothing for so long stand [s], before any of them stops by itself
-# and says that it is deaf; until it speaks again that is repeated [s].
+# After this silence of the controller its robots are told to stand [s], before any of them stops by
+# itself and reports that it hears nothing; the order is repeated at this interval [s].
 QUIET, _REPEAT = 0.14, 0.025
-# Between two notices when nothing happens, and when reports come [s]: those of a team come
-# together, and whoever reads a notice looks for one less often.
+# Time between two notices when nothing happens, and delay of a notice after a report came [s]: the
+# reports of a team come together, so that one notice serves for them all.
 _ALIVE, _TOGETHER = 0.02, 0.002
-# How long the robots may take to acknowledge the stop for a controller that has gone [s], and all
-# of the end after that.
+# How long the robots may take to acknowledge the stop once the controller has gone, and how long
+# the process may take to end after that [s].
 _LAST_STOP, _LAST_PATIENCE = 0.3, 1.5
 
 
 class LinkHost:
-    """Does what a controller says, on a link.
+    """Carries out a controller's messages on a link.
 
     Args:
-        link: Connected.
-        channel: To the controller.
-        board: For how things stand.
+        link: The link, already connected.
+        channel: Channel to the controller.
+        board: Board on which the state of the link is published.
     """
 
     def __init__(self, link: RobotLink, channel: Channel, board: NoticeBoard) -> None:
@@ -65,10 +65,10 @@ class LinkHost:
         link.on_report = self._news.set
 
     def run(self) -> None:
-        """Go on until the controller says that it is enough.
+        """Serve the controller until it sends `Close`.
 
         Raises:
-            Ended: The controller has gone without a word.
+            Ended: The controller has gone without sending `Close`.
         """
         self._writer.start()
         try:
@@ -113,7 +113,7 @@ class LinkHost:
         self._send(np.array(drive.speeds), np.array(drive.turn_rates), drive.deadline)
 
     def _mind_silence(self, now: float) -> None:
-        """Let robots stand whose controller is late."""
+        """Tell the robots to stand if the controller's next command is late."""
         if self._told is None or now < max(self._told + QUIET, self._stood + _REPEAT):
             return
         self._stood, still = now, np.zeros(len(self._link.robots))
@@ -143,12 +143,12 @@ class LinkHost:
 
 
 def main() -> None:
-    """Open the link that the controller asks for, and drive robots by it."""
-    # Those of the terminal are for the controller, whose word is waited for.
+    """Open the link that the controller asks for, and drive the robots over it."""
+    # Signals of the terminal are meant for the controller, which then tells this process.
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
-    # Threads that receive do not wait for the others of this process.
+    # Switch threads often, so that a receiving thread does not wait long for the others.
     sys.setswitchinterval(1e-4)
     channel = Channel(socket.socket(fileno=int(sys.argv[1])))
     board = NoticeBoard(int(sys.argv[2]))
@@ -184,7 +184,7 @@ def _serve(channel: Channel, board: NoticeBoard) -> None:
 
 
 def _end_soon() -> None:
-    """End within a time, whatever devices do."""
+    """Make the process end within `_LAST_PATIENCE`, even if a device hangs."""
     timer = threading.Timer(_LAST_PATIENCE, os._exit, (1,))
     timer.daemon = True
     timer.start()

@@ -1,4 +1,4 @@
-"""A link whose devices are driven by a process of its own."""
+"""A link whose devices are driven by a separate process."""
 
 import contextlib
 import itertools
@@ -32,26 +32,27 @@ from .urgency import go_first
 
 # How long the process may take to open the devices, and to close them [s].
 _OPENING, _CLOSING = 20.0, 1.6
-# And how much longer to answer than the robots may [s].
+# How much longer than the robots it may take to answer [s].
 _ANSWERING = 0.3
-# How long it may say nothing new [s]. Of a controller's own pauses so much counts at most [s].
+# How long it may publish nothing new [s], and how much of each pause between the controller's own
+# looks counts towards that at most [s].
 _SILENCE, _PAUSE = 1.0, 0.1
 
 
 class ProcessLink(RobotLink):
-    """A link of any kind, in a process of its own.
+    """A link of any kind, run in a separate process.
 
-    What the robots report is read there when it comes, and stamped, however busy the controller is.
-    Nothing here waits for a device but `arm` and `stop`. A controller that is late lets its robots
-    stand after 0.14 s; one that ends without a word, killed too, has them stopped. Should the
-    process end or hang, that is an error here, and robots stop by themselves.
+    That process reads and stamps the robots' reports as they come, however busy the controller is.
+    Only `arm` and `stop` wait for a device. If the controller is silent for 0.14 s, the process
+    tells the robots to stand; if it ends without `close`, even killed, the process stops them. If
+    the process ends or hangs, this link raises an error, and robots stop by themselves.
 
     Args:
-        kind: Of the robots, by name: the process looks for it as `find_kind` does.
-        fleet: They, and how they are reached.
+        kind: Name of the kind of robots, which the process looks up with `find_kind`.
+        fleet: The robots, and how they are reached.
 
     Raises:
-        InvalidInput: On entering: what the kind refuses.
+        InvalidInput: On entering: the kind refuses the fleet.
         LinkError: On entering: the way to the robots cannot be opened.
     """
 
@@ -66,16 +67,17 @@ class ProcessLink(RobotLink):
         self._changed = threading.Condition()
         self._ended = False
         self._reader: threading.Thread | None = None
-        # The last notice, as it is on the board, since when it is silent and when it was looked at.
+        # The last notice, as bytes and decoded; how long there has been no new one [s], and when
+        # `_mind` last looked [s].
         self._last: tuple[bytes | None, Notice | None] = (None, None)
         self._silent, self._looked = 0.0, 0.0
 
     def connect(self) -> None:
-        """Start the process, and let it open the way to the robots.
+        """Start the process, and let it open the link to the robots.
 
         Raises:
             InvalidInput: The kind refuses the fleet.
-            LinkError: There is no way.
+            LinkError: The link cannot be opened.
         """
         ours, theirs = socket.socketpair()
         board = self._board = NoticeBoard()
@@ -104,10 +106,10 @@ class ProcessLink(RobotLink):
         self._looked = time.monotonic()
 
     def close(self) -> None:
-        """Close the devices, and end the process; one that takes long is killed."""
+        """Close the devices and end the process, which is killed if it takes too long."""
         if self._process is None:
             return
-        # It may have ended before.
+        # The process may have ended already.
         with contextlib.suppress(LinkError):
             self._say(Close())
         self._let_go()
@@ -152,11 +154,11 @@ class ProcessLink(RobotLink):
             deadline: As of `RobotLink` [s].
         """
         self._say(Drive(tuple(speeds.tolist()), tuple(turn_rates.tolist()), deadline))
-        # Afterwards: the command does not wait for it.
+        # Checked after sending, so that the command is not delayed.
         self._mind()
 
     def telemetry(self) -> dict[int, RobotReport]:
-        """The latest report of every robot that was heard; stamped when it came to the process."""
+        """The latest report of every robot that was heard, stamped on arrival in the process."""
         notice = self._look()
         return {} if notice is None else notice.reports
 
@@ -181,17 +183,17 @@ class ProcessLink(RobotLink):
     def _look(self) -> Notice | None:
         """The newest notice; None before the first."""
         with self._changed:
-            # One that is being written is not there yet; the one before is.
+            # While a notice is being written, this reads the one before.
             found = None if self._board is None else self._board.read()
             if found is not None and found != self._last[0]:
                 self._last, self._silent = (found, pickle.loads(found)), 0.0
             return self._last[1]
 
     def _mind(self) -> None:
-        """Look whether the process is well.
+        """Check that the process reports no failure and is not silent for too long.
 
         Raises:
-            LinkError: It is not.
+            LinkError: It reports a failure, or has said nothing new for too long.
         """
         notice = self._look()
         with self._changed:
@@ -210,7 +212,7 @@ class ProcessLink(RobotLink):
         if self._channel is None:
             raise LinkError("the link is not open: use it in a `with` statement")
         try:
-            # What it does not take now would come late.
+            # A message that the process cannot take now is dropped: it would only come late.
             self._channel.offer(word)
         except Ended:
             raise LinkError("the process that drives the robots has ended") from None
@@ -222,7 +224,7 @@ class ProcessLink(RobotLink):
         return self._answer(number, timeout + _ANSWERING, what)
 
     def _answer(self, number: int, patience: float, what: str) -> tuple[int, ...]:
-        """Wait for an answer; robots have not answered where there is none in time."""
+        """Wait for an answer; none in time counts as no robot having answered."""
         with self._changed:
             self._changed.wait_for(lambda: number in self._answers or self._ended, patience)
             answer = self._answers.pop(number, None)
@@ -261,7 +263,7 @@ class ProcessLink(RobotLink):
         if self._reader is not None:
             self._reader.join()
         channel.close()
-        # What it said last stays known.
+        # Keep the last notice after the board is closed.
         self._look()
         with self._changed:
             board, self._board = self._board, None

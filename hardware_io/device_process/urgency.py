@@ -1,23 +1,24 @@
-"""How a process asks the system to let it run at once: before other programs, on a CPU awake.
+"""Low latency for a process: real-time scheduling, and CPUs that do not sleep.
 
-Both need leave, which a laboratory gives to the account of its work station (docs/laboratory.md).
+Both need permissions, which a laboratory gives to its work station's account (docs/laboratory.md).
 """
 
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-# Where Linux is told how long CPUs may take to wake, for as long as the file is open (PM QoS).
+# Linux keeps the wake-up latency of CPUs below the value written here while the file is open
+# (PM QoS).
 LATENCY_FILE = "/dev/cpu_dma_latency"
-# So long [us], as a whole number of 32 bits: none of them falls asleep.
+# Latency of 0 us, as a 32-bit integer: CPUs do not sleep at all.
 _AT_ONCE = (0).to_bytes(4, "little")
 
 
 def go_first(process: int = 0) -> bool:
-    """Let a process, and the threads that it begins, run before others; whether it may.
+    """Give a process and its new threads real-time priority; returns whether that was permitted.
 
     Args:
-        process: Its number; 0: this one.
+        process: Process id; 0: this process.
     """
     try:
         os.sched_setscheduler(process, os.SCHED_RR, os.sched_param(1))
@@ -29,13 +30,13 @@ def go_first(process: int = 0) -> bool:
 
 @contextmanager
 def keep_awake(file: str = LATENCY_FILE) -> Iterator[bool]:
-    """Let CPUs wait for work without sleep, inside `with`; yields whether this process may.
+    """Keep CPUs from sleeping inside `with`; yields whether that was permitted.
 
-    A command to robots wakes three processes, each of which may sleep for longer than its work
-    takes. CPUs sleep as ever after a process that was killed.
+    A command to robots wakes three processes, and each wake-up of a sleeping CPU may take longer
+    than the work. If the process is killed, CPUs may sleep again.
 
     Args:
-        file: Where the system is told so.
+        file: File of the system that takes the permitted latency.
     """
     with ExitStack() as stack:
         try:

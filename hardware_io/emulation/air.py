@@ -11,7 +11,7 @@ import numpy as np
 from ...systems.numerics.checked import Checked, NonNegative
 from ...systems.numerics.errors import require
 
-# A module tries a frame to a single other one so many times, as the 802.15.4 MAC does.
+# How often a module tries to send a frame to a single other one, as in the 802.15.4 MAC.
 TRIES = 4
 
 
@@ -57,15 +57,15 @@ class Flight:
 
 
 class Air:
-    """What is on its way between modules, which go by numbers.
+    """Payloads on their way between modules, which are identified by numbers.
 
     Attributes:
-        settings: How bad it is; may be set while it is used.
+        settings: How bad the air is; may be changed at any time.
         cut: Whether nothing gets through.
 
     Args:
-        settings: How bad it is.
-        seed: Of what is lost and how late frames are.
+        settings: How bad the air is.
+        seed: Seed of the random losses and delays.
     """
 
     def __init__(self, settings: AirSettings, seed: int) -> None:
@@ -78,12 +78,12 @@ class Air:
         self.cut = False
 
     def send(self, flight: Flight, time: float) -> bool:
-        """Send a payload; False where none of the tries of a frame to one receiver got through.
+        """Send a payload; returns False if it is for one receiver and no try got through.
 
-        A broadcast is tried once, and nobody knows who received it: True.
+        A broadcast is tried once, and always returns True: the sender cannot know who received it.
 
         Args:
-            flight: What, from whom to whom.
+            flight: Payload, sender and receiver.
             time: Now [s].
         """
         settings = self.settings
@@ -99,7 +99,7 @@ class Air:
         return flight.broadcast
 
     def arrivals(self, time: float) -> list[Flight]:
-        """Take what has arrived by a time; nothing does while the air is cut."""
+        """Take the payloads that have arrived by a time; while the air is cut they are lost."""
         arrived = []
         with self._lock:
             while self._queue and self._queue[0][0] <= time:
@@ -113,7 +113,7 @@ class Air:
         return self._queue[0][0] if self._queue else math.inf
 
     def keep(self) -> None:
-        """Keep from now on what is sent, instead of carrying it: a fault."""
+        """From now on hold back what is sent: a fault."""
         with self._lock:
             self._kept = []
 
@@ -123,10 +123,10 @@ class Air:
             return list(self._kept or ())
 
     def let_go(self, arrange: Callable[[list[Flight]], list[Flight]] = lambda sent: sent) -> None:
-        """Let what was kept arrive at once, and carry what is sent from now on.
+        """Let the kept payloads arrive at once, and carry later ones normally.
 
         Args:
-            arrange: Given what was kept, what arrives, in its order.
+            arrange: Maps the kept payloads to those that arrive, in their order.
         """
         with self._lock:
             for flight in arrange(self._kept or []):
@@ -134,6 +134,6 @@ class Air:
             self._kept = None
 
     def _push(self, flight: Flight, arrival: float) -> None:
-        # The count keeps the order of what arrives at one time.
+        # The count keeps the order of payloads that arrive at the same time.
         self._count += 1
         heapq.heappush(self._queue, (arrival, self._count, flight))

@@ -1,4 +1,4 @@
-"""The radio without hardware: XBee modules that are emulated, and the air between them.
+"""The radio without hardware: emulated XBee modules, and the air between them.
 
 On a module's serial side a frame is 0x7E, u16 length (high byte first), data, and a checksum that
 makes the data's sum 0xFF modulo 256; after the first byte 0x7E, 0x7D, 0x11 and 0x13 are sent as
@@ -21,7 +21,7 @@ LONGEST = 128
 
 
 def api_frame(data: bytes) -> bytes:
-    """Bytes on the line of a frame with this data."""
+    """Encode a frame with this data as bytes on the serial line."""
     plain = len(data).to_bytes(2, "big") + data + bytes([0xFF - sum(data) % 256])
     line = bytearray([START])
     for byte in plain:
@@ -30,14 +30,14 @@ def api_frame(data: bytes) -> bytes:
 
 
 class ApiParser:
-    """Finds frames in a stream; bytes that are no frame are passed over."""
+    """Finds frames in a stream; other bytes are skipped."""
 
     def __init__(self) -> None:
         self._plain: bytearray | None = None
         self._escaped = False
 
     def take(self, stream: bytes) -> Iterator[bytes]:
-        """Data of each frame that these bytes end."""
+        """Yield the data of each frame that these bytes complete."""
         for byte in stream:
             if byte == START:
                 self._plain, self._escaped = bytearray(), False
@@ -84,7 +84,7 @@ class SendRequest:
     """The module was asked to send.
 
     Attributes:
-        frame_id: Of the request, for its report; 0 wants none.
+        frame_id: Id of the request, for its status report; 0 asks for none.
         receiver: Number of a module, None for all.
         payload: What is to be sent.
     """
@@ -120,10 +120,10 @@ class XBeeModule:
         }
 
     def take(self, stream: bytes) -> tuple[bytes, list[SendRequest]]:
-        """Bytes from the host or processor: what the module answers at once, and is to send.
+        """Take bytes from the serial line; returns immediate answers, and requests to send.
 
         Args:
-            stream: The bytes.
+            stream: Bytes from the host or processor.
         """
         answers, requests = b"", []
         for data in self._parser.take(stream):
@@ -140,16 +140,16 @@ class XBeeModule:
         return answers, requests
 
     def report(self, request: SendRequest, delivered: bool) -> bytes:
-        """What the module says of a payload it was asked to send.
+        """Status frame of a payload that the module was asked to send.
 
         Args:
-            request: Which.
-            delivered: Whether it got there.
+            request: The request to send.
+            delivered: Whether the payload was delivered.
         """
         return self._status(request.frame_id, _OK if delivered else _TX_NO_ACKNOWLEDGEMENT)
 
     def received(self, sender: int, payload: bytes, rssi: int, broadcast: bool) -> bytes:
-        """What the module says of a payload from another module.
+        """Frame by which the module passes on a payload from another module.
 
         Args:
             sender: Number of the module that sent it.
@@ -199,7 +199,8 @@ class EmulatedRadio:
 
     def __enter__(self) -> "EmulatedRadio":
         self._line, self._far_end = pty.openpty()
-        # Bytes, not lines. The far end stays open, so that the device outlives who opens it.
+        # Raw bytes, no line editing. The far end stays open, so that the device remains when the
+        # program that opened it closes it.
         tty.setraw(self._far_end)
         os.set_blocking(self._line, False)
         self.port = os.ttyname(self._far_end)
@@ -210,7 +211,7 @@ class EmulatedRadio:
             os.close(end)
 
     def exchange(self, time: float, from_robots: tuple[bytes, ...]) -> list[bytes]:
-        """Let modules send and receive what is due.
+        """Let the modules send and receive what is due.
 
         Args:
             time: [s]; never less than before.
@@ -234,7 +235,7 @@ class EmulatedRadio:
         return to_line[1:]
 
     def _send(self, sender: int, request: SendRequest, time: float) -> bool:
-        """Whether the sender may think that it was delivered."""
+        """Send a request; returns whether the sender takes it for delivered."""
         if request.receiver is None:
             for each in range(len(self._modules)):
                 if each != sender:
@@ -247,13 +248,13 @@ class EmulatedRadio:
     def _read(self) -> bytes:
         if self.stalled:
             return b""
-        # An error is an empty line.
+        # An error means that nothing has come.
         with contextlib.suppress(BlockingIOError):
             return os.read(self._line, 65536)
         return b""
 
     def _write(self, data: bytes) -> None:
-        # Nobody reads, and the line is full: a serial line drops bytes then.
+        # If nobody reads and the line is full, bytes are dropped, as on a serial line.
         with contextlib.suppress(BlockingIOError):
             while data:
                 data = data[os.write(self._line, data) :]

@@ -18,9 +18,9 @@ from .emulated_radio import EmulatedRadio
 from .robot_body import RobotBody
 from .robot_cores import CoresReport, RobotCores
 
-# Of the exchange between modules and processors [s].
+# Period of the exchange between modules and processors [s].
 _STEP = 0.002
-# Of the infrared sensors [s]; the firmware reads each of them as often.
+# Period of the infrared sensors, the same as in the firmware [s].
 _SENSING = 0.05
 
 
@@ -29,9 +29,9 @@ class LaboratorySnapshot:
     """The true state of a laboratory.
 
     Attributes:
-        time: Since it was entered [s].
-        moment: The same by time.monotonic [s]; a busy machine is beyond it.
-        poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
+        time: Time since it was entered [s].
+        moment: The same by time.monotonic [s]; on a busy machine the clock is further on.
+        poses: Shape (n, 3) [m], [m], [rad]; headings are not wrapped.
         wheel_speeds: Left and right, shape (n, 2) [m/s].
         still_since: When the wheels of each robot came to rest, shape (n,) [s]; infinite while one
             of them turns.
@@ -52,19 +52,19 @@ class EmulatedLaboratory:
     """Robots, their radio and true poses; a context manager.
 
     Every byte between work station and robots goes through a pty, emulated modules and air, and
-    the UART of an emulated ATmega2560 that runs the real firmware. Walls stop nobody: they are felt
-    by the infrared sensors only.
+    the UART of an emulated ATmega2560 that runs the real firmware. Robots drive through walls: only
+    the infrared sensors see them.
 
     Args:
         robots: Numbers of the robots.
-        starts: Poses, shape (n, 3) [m], [m], [rad].
+        starts: Start poses, shape (n, 3) [m], [m], [rad].
         frame_loss: Probability that a frame is lost, 0 to 1.
-        delay: Of frames [s].
-        jitter: Largest addition to it [s].
-        seed: Of losses and jitter.
-        world: Walls that the infrared sensors feel; with None they feel what `set_infrared` says.
-        ring: Where the sensors look; four of them.
-        body: Of all robots.
+        delay: Delay of frames [s].
+        jitter: Largest addition to the delay [s].
+        seed: Seed of losses and jitter.
+        world: Walls that the infrared sensors see; None: their ranges are set by `set_infrared`.
+        ring: Directions of the four sensors.
+        body: Body of all robots.
 
     Raises:
         InvalidInput: An argument is out of its range.
@@ -91,8 +91,9 @@ class EmulatedLaboratory:
         self._ring = ring or InfraredRing()
         require(self._ring.count == 4, "ring", "have four sensors", self._ring.count)
         self._edges = None if world is None else build_edge_index(world).edges
-        # Its thread alone moves the laboratory on; others read the last report, and leave what they
-        # want in `_ranges`, `air.cut` and `_asked`. Each is one reference, or minds threads itself.
+        # Only this laboratory's thread advances it. Other threads read the last report, and put
+        # their requests into `_ranges`, `air.cut` and `_asked`, each of which is thread-safe: one
+        # reference, or with its own lock.
         self._asked: SimpleQueue[Callable[[RobotCores], None]] = SimpleQueue()
         self._ranges: np.ndarray | None = None
         self._open = contextlib.ExitStack()
@@ -124,11 +125,11 @@ class EmulatedLaboratory:
 
     @property
     def air(self) -> Air:
-        """What lies between the modules."""
+        """Air between the modules."""
         return self._radio.air
 
     def time(self) -> float:
-        """Since it was entered, by the robots' clock [s]."""
+        """Time since it was entered, by the robots' clock [s]."""
         return self.snapshot().time
 
     def snapshot(self) -> LaboratorySnapshot:
@@ -161,7 +162,7 @@ class EmulatedLaboratory:
         return self.snapshot().wheel_speeds
 
     def cut_radio(self) -> float:
-        """Let nothing through the air any more; returns the time of it [s]."""
+        """Let nothing through the air any more; returns the time of the cut [s]."""
         self._radio.air.cut = True
         return self.time()
 
@@ -170,15 +171,15 @@ class EmulatedLaboratory:
         self._radio.air.cut = False
 
     def stall_line(self) -> None:
-        """Let the work station's module take nothing from its serial line any more."""
+        """Make the work station's module stop reading its serial line: a fault."""
         self._radio.stalled = True
 
     def place(self, k: int, pose: np.ndarray) -> None:
-        """Carry robot k to a pose, shape (3,) [m], [m], [rad], at the next moment."""
+        """Move robot k to a pose, shape (3,) [m], [m], [rad], at the next step."""
         self._asked.put(lambda cores: cores.place(k, pose))
 
     def set_encoder(self, k: int, wheel: int, sense: int) -> None:
-        """Set what an encoder tells at the next moment: a fault.
+        """Set in which direction an encoder counts from the next step on: a fault.
 
         Args:
             k: Number of the robot.
@@ -188,11 +189,11 @@ class EmulatedLaboratory:
         self._asked.put(lambda cores: cores.set_encoder(k, wheel, sense))
 
     def reset_robot(self, k: int) -> None:
-        """Let robot k's firmware begin anew, at the next moment."""
+        """Restart robot k's firmware at the next step."""
         self._asked.put(lambda cores: cores.jump(k, 0))
 
     def set_infrared(self, ranges: np.ndarray) -> None:
-        """Set what the sensors feel, shape (n, 4) [m] from the rim; for a laboratory without walls.
+        """Set the infrared ranges, shape (n, 4) [m] from the rim; for a laboratory without walls.
 
         Raises:
             InvalidInput: The shape does not fit, or there is a world to feel.
@@ -205,7 +206,7 @@ class EmulatedLaboratory:
         self._ranges = ranges
 
     def _run(self) -> None:
-        """Keep emulation level with the wall clock, until the laboratory is left."""
+        """Keep emulation up with the wall clock until the laboratory is left."""
         sense = 0.0
         while not self._leaving.is_set():
             behind = time.monotonic() - self._began - self._cores.time
@@ -230,7 +231,7 @@ class EmulatedLaboratory:
             if data:
                 self._cores.send(k, data)
         self._lag = max(behind - _STEP, 0.0)
-        # Late by a little, it catches up at once; late by a lot, in small steps.
+        # Catch up a small lag in one step, a large one in several small steps.
         self._report = self._cores.advance(min(behind, 5 * _STEP))
 
     def _feel(self) -> None:

@@ -1,4 +1,4 @@
-"""The robot that emulation computes: dimensions, motors, sensors, and how its wheels turn.
+"""The emulated robot: dimensions, motors, sensors, and wheel dynamics.
 
 `firmware/robot.h` has the firmware's part of it.
 
@@ -15,7 +15,7 @@ import numpy as np
 from ...systems.numerics.checked import Checked, NonNegative, Positive
 from ...systems.numerics.errors import require
 
-# Of the converter: 10 bits of 5 V.
+# Counts of the analogue-digital converter per volt: 10 bits for 5 V.
 VOLT = 1024 / 5.0
 
 
@@ -68,11 +68,11 @@ class RobotBody(Checked):
 
 
 def sensor_voltages(ranges: np.ndarray, battery: float) -> np.ndarray:
-    """Voltages at the converter of one robot.
+    """Voltages at the inputs of one robot's analogue-digital converter.
 
     Args:
-        ranges: Free way from the rim before the four infrared sensors, shape (4,) [m].
-        battery: [V]; a divider halves it.
+        ranges: Free distance from the rim before the four infrared sensors, shape (4,) [m].
+        battery: Battery voltage, halved by a divider [V].
 
     Returns:
         Inputs 0 to 4, shape (5,) [V]. The sensor's curve is the hyperbola that the firmware
@@ -82,26 +82,27 @@ def sensor_voltages(ranges: np.ndarray, battery: float) -> np.ndarray:
     return np.append(readings, 0.5 * battery * VOLT) / VOLT
 
 
-# Fastest wheel that is asked for; beyond it both are scaled, so that a curve stays the same [m/s].
+# Greatest commanded wheel speed; faster pairs are scaled down together, to keep the curve [m/s].
 _TOP_WHEEL_SPEED = 0.6
 
 
 class StandInWheels:
-    """Wheels of n robots, as `wheels_model.c` has them for those in simavr.
+    """Wheels of n robots, modelled as in `wheels_model.c` for the robots in simavr.
 
-    A motor follows tau v' = power top_speed - v - friction sign(v), in closed form over a step; the
-    power is what holds the speed that is asked for.
+    A motor follows tau v' = power top_speed - v - friction sign(v), in closed form over a step,
+    with the power that holds the commanded speed.
 
     Attributes:
-        poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
-        speeds: Of the left and the right wheel, shape (n, 2) [m/s].
-        odometry: Poses since the start by the encoders alone, shape (n, 3): carrying does not
-            count, nor what encoders do not tell.
-        sense: What encoders tell, shape (n, 2): 1 the wheel's way, -1 the other way, 0 nothing.
+        poses: Shape (n, 3) [m], [m], [rad]; headings are not wrapped.
+        speeds: Speeds of the left and the right wheel, shape (n, 2) [m/s].
+        odometry: Poses since the start by the encoders alone, shape (n, 3): without displacements
+            by hand, and with the encoders' faults.
+        sense: Direction in which encoders count, shape (n, 2): 1 the wheel's way, -1 the other way,
+            0 not at all.
 
     Args:
-        starts: Poses, shape (n, 3) [m], [m], [rad].
-        body: Of all robots.
+        starts: Start poses, shape (n, 3) [m], [m], [rad].
+        body: Body of all robots.
     """
 
     def __init__(self, starts: np.ndarray, body: RobotBody) -> None:
@@ -113,15 +114,15 @@ class StandInWheels:
         self._counts = np.zeros_like(self.speeds)
 
     def counts(self) -> np.ndarray:
-        """Of the left and the right encoder, whole numbers, shape (n, 2)."""
+        """Counts of the left and the right encoder, integers, shape (n, 2)."""
         return np.floor(self._counts).astype(int)
 
     def step(self, targets: np.ndarray, dt: float) -> None:
-        """Go on for some time.
+        """Advance the wheels, poses and encoders by one time step.
 
         Args:
             targets: Forward speeds and turn rates, shape (n, 2) [m/s], [rad/s]; zero brakes.
-            dt: For how long [s].
+            dt: Length of the step [s].
         """
         body = self._body
         across = 0.5 * body.track_width * targets[:, 1]

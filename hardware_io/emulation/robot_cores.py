@@ -1,6 +1,6 @@
 """Several robots' processors in simavr, with their wheels: one process, in lockstep.
 
-Firmware and runner are built once for each state of their sources.
+Firmware and runner are rebuilt only when their sources change.
 """
 
 import contextlib
@@ -88,7 +88,7 @@ def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...])
             packages = _PACKAGES[tool]
             raise MissingTool(f"{tool} is not installed: sudo apt-get install {packages}")
     product.parent.mkdir(parents=True, exist_ok=True)
-    # Built aside and moved: two processes may build at once.
+    # Build in a temporary folder and move the product: two processes may build at once.
     with tempfile.TemporaryDirectory(dir=product.parent) as folder:
         words = [word.format(out=folder) for word in command]
         done = subprocess.run(
@@ -108,9 +108,9 @@ def _built(sources: Path, name: str, command: list[str], tools: tuple[str, ...])
 
 
 _ANSWER = struct.Struct("=10dH")
-# The runner keeps what robots send for so long at least [s].
+# Longest slice of time for which the runner surely buffers what robots send [s].
 _SLICE = 0.1
-# It computes a slice in much less time, on a busy machine too [s].
+# Time-out for the runner's answer; a slice takes much less, even on a busy machine [s].
 _PATIENCE = 5.0
 
 
@@ -123,14 +123,14 @@ class CoresReport:
     """The robots at one time.
 
     Attributes:
-        time: Since the start [s].
-        poses: Shape (n, 3) [m], [m], [rad]; headings count turns.
+        time: Time since the start [s].
+        poses: Shape (n, 3) [m], [m], [rad]; headings are not wrapped.
         wheel_speeds: Left and right, shape (n, 2) [m/s].
         top_power: Largest power of a motor since the report before, shape (n,), 0 to 1.
         still_since: When the wheels came to rest, shape (n,) [s]; infinite while one turns.
         unpowered_since: When the motors were cut, shape (n,) [s]; infinite while one has power.
-        lit: Whether its lamp is, shape (n,).
-        serial: What each robot has sent to its radio module since the report before.
+        lit: Whether each robot's lamp is lit, shape (n,).
+        serial: Bytes that each robot has sent to its radio module since the report before.
     """
 
     time: float
@@ -146,12 +146,12 @@ class CoresReport:
 class RobotCores:
     """The real firmware on n emulated boards; a context manager.
 
-    Nothing happens but in `advance`, and the same calls give the same reports.
+    Time passes only in `advance`, and the same calls give the same reports.
 
     Args:
         robots: Numbers of the robots, in their EEPROMs.
-        starts: Poses, shape (n, 3) [m], [m], [rad].
-        body: Of all robots.
+        starts: Start poses, shape (n, 3) [m], [m], [rad].
+        body: Body of all robots.
 
     Raises:
         InvalidInput: An argument is out of its range.
@@ -175,14 +175,14 @@ class RobotCores:
 
     def __enter__(self) -> "RobotCores":
         command: list[str | Path] = [runner_path(), firmware_path()]
-        # A file, since nobody would empty a pipe.
+        # A file: nobody reads it while it runs, and a pipe could fill up.
         self._said = tempfile.TemporaryFile()
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._said,
-            # Ctrl-C is for the controller, which stops its robots by this.
+            # Ctrl-C is for the controller, which still needs this process to stop its robots.
             start_new_session=True,
         )
         body = self.body
@@ -198,10 +198,10 @@ class RobotCores:
 
     def __exit__(self, *_: object) -> None:
         if self._process is not None:
-            # One that hangs reads nothing, and so would not end by itself.
+            # A process that hangs reads nothing, and so would not end by itself.
             self._process.kill()
             for stream in (self._process.stdin, self._process.stdout, self._said):
-                # One that has died has left something unread.
+                # A process that has died may have left requests unread.
                 with contextlib.suppress(BrokenPipeError):
                     if stream is not None:
                         stream.close()
@@ -210,7 +210,7 @@ class RobotCores:
 
     @property
     def time(self) -> float:
-        """Simulated so far [s]."""
+        """Time simulated so far [s]."""
         return self._time
 
     def send(self, k: int, data: bytes) -> None:
@@ -225,7 +225,7 @@ class RobotCores:
             self._write(b"u" + struct.pack("=BH", k, len(part)) + part)
 
     def set_sensors(self, k: int, ranges: np.ndarray, battery: float) -> None:
-        """Set robot k's free ways, shape (4,) [m], and its battery [V]."""
+        """Set robot k's free infrared ranges, shape (4,) [m], and its battery voltage [V]."""
         self._write(b"v" + struct.pack("=B5d", k, *sensor_voltages(ranges, battery)))
 
     def place(self, k: int, pose: np.ndarray) -> None:
@@ -233,17 +233,17 @@ class RobotCores:
         self._write(b"p" + struct.pack("=B3d", k, *pose))
 
     def set_encoder(self, k: int, wheel: int, sense: int) -> None:
-        """Set what an encoder of robot k tells, of its left (0) or right (1) wheel: a fault.
+        """Set in which direction an encoder of robot k counts: a fault.
 
         Args:
             k: Number of the robot.
-            wheel: 0 or 1.
+            wheel: 0 for the left, 1 for the right.
             sense: 1 the wheel's way, -1 the other way, 0 nothing.
         """
         self._write(b"e" + struct.pack("=BBb", k, wheel, sense))
 
     def jump(self, k: int, address: int) -> None:
-        """Make robot k's processor go on at an address, with interrupts off: a fault."""
+        """Make robot k's processor jump to an address, with interrupts off: a fault."""
         self._write(b"j" + struct.pack("=BI", k, address))
 
     def advance(self, duration: float) -> CoresReport:
@@ -279,7 +279,7 @@ class RobotCores:
         )
 
     def _step(self, serial: list[bytes]) -> np.ndarray:
-        """Advance to the present time; append to what was sent, return the rest, shape (n, 10)."""
+        """Advance to `time`; append sent bytes to `serial`, return other values, shape (n, 10)."""
         self._write(b"a" + struct.pack("=d", self._time), flush=True)
         rows = []
         for k, robot in enumerate(self.robots):

@@ -1,4 +1,4 @@
-"""A laboratory of robots that stand in for a kind: its messages, with wheels, air and poses."""
+"""A laboratory of stand-in robots of any kind: messages, air, wheels and true poses."""
 
 import contextlib
 import selectors
@@ -21,23 +21,23 @@ from .air import Air, AirSettings, Flight
 from .laboratory import LaboratorySnapshot
 from .robot_body import RobotBody, StandInWheels
 
-# Of messages and wheels, and at most, where the laboratory is behind the wall clock [s].
+# Time step of messages and wheels, and the longest one, to catch up with the wall clock [s].
 _STEP, _LONGEST_STEP = 0.004, 0.02
-# Of the infrared sensors [s].
+# Period of the infrared sensors [s].
 _SENSING = 0.05
 _STATION = 0
 
 
 @dataclass(frozen=True)
 class Sensed:
-    """What the sensors of a robot tell.
+    """Readings of a robot's sensors.
 
     Attributes:
-        counts: Of the left and the right encoder.
-        speeds: Of the left and the right wheel [m/s].
-        odometry: By its encoders since the start: x, y [m] and heading [rad].
-        ranges: Of four infrared sensors, from left to right [m]; infinite without walls.
-        battery: [V].
+        counts: Counts of the left and the right encoder.
+        speeds: Speeds of the left and the right wheel [m/s].
+        odometry: Pose by its encoders since the start: x, y [m] and heading [rad].
+        ranges: Ranges of the four infrared sensors, from left to right [m]; infinite without walls.
+        battery: Battery voltage [V].
     """
 
     counts: tuple[int, int]
@@ -48,7 +48,7 @@ class Sensed:
 
 
 class Board(Protocol):
-    """The program of a robot that stands in; all times are since the laboratory began."""
+    """The program of a stand-in robot; all times are since the laboratory began."""
 
     def take(self, payload: bytes, now: float) -> None:
         """Take a message.
@@ -89,7 +89,7 @@ class Wire(Protocol):
         ...
 
     def receive(self) -> list[tuple[int, bytes]]:
-        """What has come, at once: number of the robot from 0, and message."""
+        """Return the messages that have come, without waiting: robot's number from 0, message."""
         ...
 
     def send(self, k: int, payload: bytes) -> None:
@@ -103,7 +103,7 @@ class Wire(Protocol):
 
 
 class DatagramWire:
-    """A socket on loopback for each robot; it answers whoever has spoken to it last.
+    """A loopback socket for each robot, which replies to the last sender.
 
     Attributes:
         addresses: Of the robots, once it is open.
@@ -139,7 +139,7 @@ class DatagramWire:
         found = []
         for key, _ in self._selector.select(0):
             source = self._sockets[key.data]
-            # An error is an empty socket, or word that an answer found nobody.
+            # An error means an empty socket, or that an earlier answer was not received.
             with contextlib.suppress(OSError):
                 while True:
                     payload, self._peers[key.data] = source.recvfrom(2048)
@@ -160,23 +160,23 @@ class DatagramWire:
 
 
 class StandInLaboratory:
-    """Robots of any kind, paced to wall time; a context manager.
+    """Stand-in robots of any kind, paced to wall time; a context manager.
 
     Messages go over a wire of the kind, and through air that loses and delays them, to a board for
-    each robot. Walls stop nobody: they are felt by the infrared sensors only.
+    each robot. Robots drive through walls: only the infrared sensors see them.
 
     Attributes:
-        air: Between work station, number 0, and robots, from 1 on.
+        air: Air between work station, number 0, and robots, from 1 on.
 
     Args:
         robots: Their numbers.
-        starts: Poses, shape (n, 3) [m], [m], [rad].
-        make_board: Makes the program of a robot, given its number from 0; called anew at a reset.
-        wire: Of the kind.
+        starts: Start poses, shape (n, 3) [m], [m], [rad].
+        make_board: Makes the program of a robot, given its number from 0; called again at a reset.
+        wire: The kind's way of carrying messages.
         air: How bad the air is.
-        seed: Of what is lost.
-        world: Walls that the infrared sensors feel; None: there are none.
-        body: Of all robots.
+        seed: Seed of the random losses and delays.
+        world: Walls that the infrared sensors see; None: there are none.
+        body: Body of all robots.
 
     Raises:
         InvalidInput: An argument is out of its range.
@@ -209,8 +209,8 @@ class StandInLaboratory:
         self._ranges = np.full((count, 4), np.inf)
         self._still_since = np.zeros(count)
         self._unpowered_since = np.zeros(count)
-        # Its thread alone moves the laboratory on; others read the last snapshot, and leave here
-        # what they want.
+        # Only this laboratory's thread advances it. Other threads read the last snapshot, and queue
+        # their requests here.
         self._asked: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._time = self._began = self._sensed = 0.0
         self._snapshot = self._look(0.0)
@@ -220,7 +220,7 @@ class StandInLaboratory:
 
     def __enter__(self) -> Self:
         if self._edges is not None:
-            # Compiled, or loaded, before the clock starts.
+            # Compile or load the kernel before the clock starts.
             self._feel()
         self._wire.__enter__()
         self._began = time.monotonic()
@@ -234,7 +234,7 @@ class StandInLaboratory:
         self._wire.__exit__()
 
     def time(self) -> float:
-        """Since it was entered [s]."""
+        """Time since the laboratory was entered [s]."""
         return self.snapshot().time
 
     def snapshot(self) -> LaboratorySnapshot:
@@ -256,7 +256,7 @@ class StandInLaboratory:
         return self.snapshot().wheel_speeds
 
     def cut_radio(self) -> float:
-        """Let nothing through any more; returns the time of it [s]."""
+        """Let no messages through any more; returns the time of the cut [s]."""
         self.air.cut = True
         return self.time()
 
@@ -265,11 +265,11 @@ class StandInLaboratory:
         self.air.cut = False
 
     def place(self, k: int, pose: np.ndarray) -> None:
-        """Carry robot k to a pose, shape (3,) [m], [m], [rad], at the next moment."""
+        """Move robot k to a pose, shape (3,) [m], [m], [rad], at the next step."""
         self._asked.put(lambda: self._wheels.poses.__setitem__(k, pose))
 
     def set_encoder(self, k: int, wheel: int, sense: int) -> None:
-        """Set what an encoder tells at the next moment: a fault.
+        """Set in which direction an encoder counts from the next step on: a fault.
 
         Args:
             k: Number of the robot, from 0.
@@ -279,11 +279,11 @@ class StandInLaboratory:
         self._asked.put(lambda: self._wheels.sense.__setitem__((k, wheel), sense))
 
     def reset_robot(self, k: int) -> None:
-        """Let robot k's program begin anew, at the next moment."""
+        """Restart robot k's program at the next step."""
         self._asked.put(lambda: self._boards.__setitem__(k, self._make_board(k)))
 
     def _run(self) -> None:
-        """Keep level with the wall clock, until the laboratory is left."""
+        """Keep up with the wall clock until the laboratory is left."""
         while not self._leaving.is_set():
             behind = time.monotonic() - self._began - self._time
             if behind < _STEP:
@@ -300,7 +300,7 @@ class StandInLaboratory:
     def _step(self, dt: float, behind: float) -> None:
         now = self._time
         for k, payload in self._wire.receive():
-            # A message is tried once, as a broadcast is.
+            # A message is tried only once, like a broadcast.
             self.air.send(Flight(_STATION, k + 1, payload, True), now)
         for flight in self.air.arrivals(now):
             if flight.receiver == _STATION:

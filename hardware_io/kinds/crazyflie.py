@@ -1,4 +1,4 @@
-"""One that stands in for a Crazyflie: it speaks CRTP and drives on wheels."""
+"""Stand-in for a Crazyflie: it speaks CRTP and drives on wheels."""
 
 import math
 import struct
@@ -35,7 +35,7 @@ from .crtp_link import (
     where,
 )
 
-# What it can log, with types, in the order of its table: some of what a real one has.
+# Variables that it can log, with types, in the order of its table: a selection of a real one's.
 _TABLE = [
     ("stateEstimate.x", FLOAT),
     ("stateEstimate.y", FLOAT),
@@ -51,12 +51,12 @@ _SUM = 0x5EED
 class Crazyflie:
     """Takes setpoints while it is armed, logs what it is asked for, and stops in silence.
 
-    Nothing is said of flight: it has no height and cannot fall. It follows whatever comes, late,
-    repeated or overtaken, as a real one does.
+    Flight is not modelled: it has no height and cannot fall. Like a real one it follows setpoints
+    that are late, repeated or reordered.
 
     Args:
-        silence: After which it cuts its motors [s].
-        version: Of its protocol.
+        silence: Silence after which it cuts its motors [s].
+        version: Version of its protocol.
     """
 
     def __init__(self, silence: float, *, version: int = SUPERVISOR) -> None:

@@ -28,21 +28,21 @@ SETPOINT = (7, 0)
 TABLE, SETTINGS, DATA = (5, 0), (5, 1), (5, 2)
 PLATFORM_COMMAND, VERSION = (13, 0), (13, 1)
 SUPERVISOR_COMMAND = (9, 1)
-# What cflib's own client asks for besides: who is there, parameters, memories.
+# Further requests of cflib's own client: source, parameters, memories.
 SOURCE, PARAMETERS, MEMORIES = (15, 1), (2, 0), (4, 0)
 
-# Setpoints: nothing, and speeds over the ground at a height.
+# Types of setpoints: stop, and ground speeds at a height.
 STOP, HOVER_LEGACY, HOVER = 0, 5, 10
-# From these versions of the protocol on turn rates are positive to the left, and the supervisor is
-# asked to arm.
+# Versions of the protocol from which on turn rates are positive to the left, and arming is asked of
+# the supervisor.
 LEFT_IS_POSITIVE, SUPERVISOR = 9, 12
 ARM, ARM_LEGACY = 1, 1
-# Of the table of what can be logged, and of logging.
+# Commands to the table of loggable variables.
 ITEM, INFO = 2, 3
-# How many memories there are.
+# Command that asks for the number of memories.
 COUNT = 1
 START, RESET, CREATE = 3, 5, 6
-# Types of values, and the supervisor's bit that motors may turn.
+# Types of values, and the supervisor's bit for armed motors.
 FLOAT, UINT16 = 7, 2
 IS_ARMED = 1 << 1
 
@@ -76,11 +76,11 @@ def where(first: int) -> tuple[int, int]:
     return first >> 4, first & 3
 
 
-# How long a receiving thread waits for a packet, and how soon it asks again for what it needs [s].
+# How long a receiving thread waits for a packet, and how soon it repeats a request [s].
 _LOOK, _AGAIN = 0.05, 0.1
-# After so long without a report a robot was started anew: it is asked to log once more [s].
+# A robot without a report for this long is taken to have restarted, and asked to log again [s].
 _SILENT = 0.4
-# How long it may take until all report [s].
+# How long `connect` waits at most until all robots report [s].
 _SETTING_UP = 8.0
 # The block that is logged, and how often: 50 ms in units of 10 ms.
 _BLOCK, _PERIOD = 1, 5
@@ -90,21 +90,21 @@ _STANDS = 0.02
 
 @dataclass
 class _Vehicle:
-    """What is known of one.
+    """What is known of one vehicle.
 
     Attributes:
-        driver: Of cflib, which carries packets; None before it is open.
-        counts: Of its way.
-        version: Of its protocol; -1 before it is known.
-        size: Of its table, 0 before it is known, and the next row to ask for.
-        row: The next row to ask for.
-        rows: Of what is logged, by name.
+        driver: Driver of cflib, which carries packets.
+        counts: Wheel counts computed from its poses.
+        version: Version of its protocol; -1 before it is known.
+        size: Number of rows of its table; 0 before it is known.
+        row: The next row of the table to ask for.
+        rows: Rows of the logged variables, by name.
         asked: When it was last asked for something [s].
         came: When its last report came [s].
-        stamp: That of the report, modulo 2^24 [ms].
-        place: x, y [m] there.
-        elapsed: Time of its clock since the first report [s].
-        clock: The same, compared with ours.
+        stamp: Time stamp of its last report, modulo 2^24 [ms].
+        place: x, y of its last report [m].
+        elapsed: Sum of the steps of `stamp` between reports [s].
+        clock: Compares `elapsed` with our clock.
     """
 
     driver: Any
@@ -142,22 +142,22 @@ class _Vehicle:
 
 
 class CrtpLink(ReportingLink):
-    """Commands to Crazyflies and to what speaks as they do, by cflib, and their reports.
+    """Commands to Crazyflies, and other vehicles that speak CRTP, by cflib, and their reports.
 
     An arm asks the supervisor to arm, a stop cuts the motors and asks it to disarm; a command is a
-    speed over the ground and a turn rate, at a height. Reports are logged by the vehicle: its own
-    estimate of where it is, of which counts are made, and whether it is armed. CRTP tells no
-    deadline and no number: a command whose deadline has passed is not sent, and one that is late in
+    ground speed and a turn rate, at a height. Reports are logged by the vehicle: its own position
+    estimate, from which wheel counts are computed, and whether it is armed. CRTP has no deadlines
+    or sequence numbers: a command whose deadline has passed is not sent, but one that is delayed in
     the air is followed.
 
     Args:
         robots: Their numbers, in the order of the commands.
         addresses: Of each, as "radio://0/80/2M/E7E7E7E701" or "udp://127.0.0.1:19850".
-        chassis: Wheels by which counts are made.
-        height: At which vehicles keep that fly [m].
+        chassis: Wheels for which counts are computed.
+        height: Height at which flying vehicles stay [m].
 
     Raises:
-        InvalidInput: Addresses are none, too few, or come twice; the height is not positive.
+        InvalidInput: Addresses are missing, malformed or repeated; the height is not positive.
     """
 
     def __init__(
@@ -180,10 +180,10 @@ class CrtpLink(ReportingLink):
         self._threads: list[threading.Thread] = []
 
     def connect(self) -> None:
-        """Open the ways to the robots, and wait until they report, up to some seconds.
+        """Open the links to the robots, and wait some seconds at most until all report.
 
         Raises:
-            LinkError: There is no radio for an address, or it is none.
+            LinkError: There is no radio for an address, or the address is invalid.
         """
         if not crtp.CLASSES:
             crtp.init_drivers()
@@ -199,7 +199,7 @@ class CrtpLink(ReportingLink):
             thread = threading.Thread(target=self._listen, args=(robot, vehicle), daemon=True)
             self._threads.append(thread)
             thread.start()
-        # A vehicle tells its table row by row before it logs: an arm would not wait as long.
+        # A vehicle sends its table row by row before it logs, for longer than an arm would wait.
         with self._changed:
             vehicles = self._vehicles.values()
             self._changed.wait_for(lambda: all(each.came > 0 for each in vehicles), _SETTING_UP)
@@ -223,7 +223,7 @@ class CrtpLink(ReportingLink):
         vehicle = self._vehicles.get(robot)
         if vehicle is None:
             raise LinkError("the link is not open: use it in a `with` statement")
-        # Before its version is known nobody can tell which way it would turn.
+        # The sign of the turn rate depends on the version.
         if vehicle.version < 0:
             return
         if order.what == What.STOP:
@@ -243,7 +243,7 @@ class CrtpLink(ReportingLink):
             packet: Its first byte, and what follows.
         """
         vehicle, taken = self._vehicles[robot], False
-        # Of a packet that is too short.
+        # Errors raised by a packet that is too short.
         with self._changed, contextlib.suppress(struct.error, IndexError):
             taken = self._take(robot, vehicle, where(packet[0]), packet[1:], time.monotonic())
         if not taken:
@@ -259,7 +259,7 @@ class CrtpLink(ReportingLink):
                     self._ask(vehicle, now)
 
     def _ask(self, vehicle: _Vehicle, now: float) -> None:
-        """Ask for what comes next of all that is needed before reports come."""
+        """Send the next request of the set-up: version, table size, table rows, start of log."""
         vehicle.asked = now
         if vehicle.version < 0:
             vehicle.send(VERSION, 0)
@@ -280,7 +280,7 @@ class CrtpLink(ReportingLink):
     def _take(
         self, robot: int, vehicle: _Vehicle, at: tuple[int, int], data: bytes, now: float
     ) -> bool:
-        """Whether a packet is one of those that are waited for."""
+        """Take a packet; returns whether it was one that is waited for."""
         if at == DATA:
             return self._report(robot, vehicle, data, now)
         if at == SETTINGS:
@@ -295,7 +295,7 @@ class CrtpLink(ReportingLink):
             name = ".".join(data[4:].decode("latin-1").split("\0")[:2])
             if LOGGED.get(name) == data[3] & 0xF:
                 vehicle.rows[name] = vehicle.row
-            # From the start again, should something have been lost.
+            # Begin again after the last row, in case a packet was lost.
             vehicle.row = (vehicle.row + 1) % vehicle.size
         else:
             return False

@@ -1,4 +1,4 @@
-"""The driver of a robot on ROS 2 that stands in, and the wire that carries its messages."""
+"""Stand-in for the driver of a robot on ROS 2, and the wire that carries its messages."""
 
 import math
 from typing import Any, Self
@@ -21,18 +21,18 @@ from .dds_node import (
     open_domain,
 )
 
-# Between two messages of odometry [s].
+# Time between two messages of odometry [s].
 _PERIOD = 0.05
 # How plain little-endian CDR begins.
 _CDR = bytes([0, 1, 0, 0])
 
 
 class Driver:
-    """A differential drive as of ros2_control: it follows what comes, and stops after a while.
+    """A differential drive like ros2_control's: it follows every twist, and stops in silence.
 
     Args:
-        silence: After which it stops by itself [s].
-        stamped: It wants TwistStamped.
+        silence: Silence after which it stops by itself [s].
+        stamped: Whether it expects TwistStamped.
     """
 
     def __init__(self, silence: float, *, stamped: bool) -> None:
@@ -92,8 +92,8 @@ class DdsWire:
 
     Args:
         names: Namespaces of the robots.
-        domain: Its number.
-        stamped: They want TwistStamped.
+        domain: Number of the domain.
+        stamped: Whether the robots expect TwistStamped.
     """
 
     def __init__(self, names: list[str], domain: int, *, stamped: bool) -> None:
@@ -136,7 +136,7 @@ class DdsWire:
         ]
 
     def send(self, k: int, payload: bytes) -> None:
-        """See `Wire`; DDS carries no noise.
+        """See `Wire`; a payload that is no valid message is not sent.
 
         Args:
             k: Number of the robot.
@@ -148,7 +148,7 @@ class DdsWire:
 
 
 def _read(kind: Any, payload: bytes) -> Any:
-    """The message in plain CDR; None: there is none."""
+    """Decode a message from plain CDR; None if it is invalid."""
     if payload[:4] != _CDR:
         return None
     try:

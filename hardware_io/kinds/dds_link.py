@@ -28,17 +28,17 @@ from .dds_node import (
 _LOOK = 0.1
 # A robot that moves more slowly stands [m/s], [rad/s].
 _STANDS = 0.01
-# Beyond the way that wheels can have gone, odometry does not jump [m] (REP 105: the frame odom is
-# continuous).
+# Tolerance beyond the distance that wheels can have driven; a larger step is a jump [m] (REP 105:
+# the frame odom is continuous).
 _JUMP = 0.1
 
 
 @dataclass
 class _Driven:
-    """What is known of a robot: counts of its way, its last order, and its last odometry.
+    """What is known of a robot: its wheel counts, its last order, and its last odometry.
 
-    Of that who sent it, its stamp by the robot's clock, and its pose. The order is None before the
-    first arm, and again after a reset.
+    Of the odometry: its writer, its stamp by the robot's clock, and its pose. The order is None
+    before the first arm or stop, and again after a reset.
     """
 
     writer: Any
@@ -55,22 +55,22 @@ class DdsLink(ReportingLink):
     """Commands to robots on ROS 2 as Twist or TwistStamped, and their reports from Odometry.
 
     Such robots know neither arms nor stops: the link sends nothing but zeros before it is armed and
-    after a stop, and a stop is acknowledged when odometry says that the robot stands. Counts are
-    made of odometry, by the chassis. A command whose deadline has passed is not sent. Odometry that
-    another sends than before, or that jumps, is of a driver that was started anew: the robot gets
-    zeros until it is armed. Whoever is in the domain can drive the robots.
+    after a stop, and a stop is acknowledged when odometry says that the robot stands. Encoder
+    counts are computed from odometry and the chassis. A command whose deadline has passed is not
+    sent. Odometry that jumps, or comes from a new writer, means that the driver was restarted: the
+    robot gets zeros until it is armed. Anyone in the domain can drive the robots.
 
     Args:
         robots: Their numbers, in the order of the commands.
         names: Namespaces of each; empty: robot1, ... by the numbers.
         chassis: Wheels of the robots.
-        domain: Number (ROS_DOMAIN_ID).
-        stamped: Send TwistStamped.
+        domain: Number of the domain (ROS_DOMAIN_ID).
+        stamped: Whether to send TwistStamped instead of Twist.
         command, odometry: Names of the topics below the namespaces.
-        loopback: Stay on this machine, as robots do that stand in.
+        loopback: Whether to stay on this machine, for stand-in robots.
 
     Raises:
-        InvalidInput: Names are too few or come twice, or the domain is none.
+        InvalidInput: There is not one distinct name for each robot, or the domain is not 0 to 232.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class DdsLink(ReportingLink):
         if driven is None:
             raise LinkError("the link is not open: use it in a `with` statement")
         if order.what == What.HAIL:
-            # Zeros go on after a stop; before an arm others may drive the robot.
+            # Keep sending zeros after a stop; send none otherwise, so that others may drive.
             if driven.last != What.STOP:
                 return
         elif order.what != What.COMMAND or driven.last is not None:
@@ -187,7 +187,7 @@ class DdsLink(ReportingLink):
         )
 
     def _jumps(self, driven: _Driven, stamp: tuple[int, int], pose: tuple[float, ...]) -> bool:
-        """Whether a pose is none that wheels can have driven to since the one before."""
+        """Whether a pose is further from the last one than the wheels can have driven."""
         assert driven.pose is not None
         elapsed = stamp[0] - driven.stamp[0] + 1e-9 * (stamp[1] - driven.stamp[1])
         gone = math.dist(pose[:2], driven.pose[:2])
@@ -195,7 +195,7 @@ class DdsLink(ReportingLink):
 
 
 def _state(last: What | None, moves: bool) -> RobotState:
-    """What a robot that knows no states is in, by its last order."""
+    """State of a robot that reports none, from its last order and whether it moves."""
     if last is None:
         return RobotState.DISARMED
     if last == What.STOP and not moves:

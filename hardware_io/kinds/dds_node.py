@@ -1,8 +1,8 @@
 """A participant of a DDS domain, and the messages of ROS 2 that it sends and takes.
 
-Names are those that ROS gives them on DDS, as `geometry_msgs::msg::dds_::Twist_`; their bytes are
-plain CDR, in the order of the fields. From Iron on ROS tells a hash of each type beside its topics
-(REP 2011, RIHS01).
+Types have the names that ROS uses on DDS, as `geometry_msgs::msg::dds_::Twist_`; messages are
+encoded in plain CDR, in the order of the fields. Since Iron, ROS announces a hash of each type with
+its topics (REP 2011, RIHS01).
 """
 
 import math
@@ -49,7 +49,7 @@ class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
 @dataclass
 @final
 class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    """When something was, and in which frame, `frame_id`."""
+    """Time stamp and frame, `frame_id`, of a message."""
 
     stamp: Time = field(default_factory=Time)
     frame_id: str = ""
@@ -98,7 +98,7 @@ class Twist(PlainMessage, typename="geometry_msgs::msg::dds_::Twist_"):
 @dataclass
 @final
 class TwistStamped(PlainMessage, typename="geometry_msgs::msg::dds_::TwistStamped_"):
-    """A twist, and when it was told; newer robots want it."""
+    """A twist with a header; newer robots expect this type."""
 
     header: Header = field(default_factory=Header)
     twist: Twist = field(default_factory=Twist)
@@ -136,7 +136,7 @@ class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWi
 @dataclass
 @final
 class Odometry(PlainMessage, typename="nav_msgs::msg::dds_::Odometry_"):
-    """Where a robot, `child_frame_id`, is by its wheels, and how it moves."""
+    """Pose and twist of a robot, `child_frame_id`, from wheel odometry."""
 
     header: Header = field(default_factory=Header)
     child_frame_id: str = ""
@@ -147,7 +147,7 @@ class Odometry(PlainMessage, typename="nav_msgs::msg::dds_::Odometry_"):
 @dataclass
 @final
 class PoseStamped(PlainMessage, typename="geometry_msgs::msg::dds_::PoseStamped_"):
-    """A pose, when it was, and in which frame."""
+    """A pose with its time and frame."""
 
     header: Header = field(default_factory=Header)
     pose: Pose = field(default_factory=Pose)
@@ -156,7 +156,7 @@ class PoseStamped(PlainMessage, typename="geometry_msgs::msg::dds_::PoseStamped_
 @dataclass
 @final
 class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
-    """Where a frame lies in another, and how it is turned."""
+    """Position and orientation of one frame in another."""
 
     translation: Vector3 = field(default_factory=Vector3)
     rotation: Quaternion = field(default_factory=Quaternion)
@@ -165,7 +165,7 @@ class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
 @dataclass
 @final
 class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
-    """Where the frame `child_frame_id` lay in that of the header, and when."""
+    """Transform of the frame `child_frame_id` in that of the header, with its time."""
 
     header: Header = field(default_factory=Header)
     child_frame_id: str = ""
@@ -175,13 +175,13 @@ class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformS
 @dataclass
 @final
 class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
-    """Where frames lie, as on the topic tf."""
+    """Transforms of frames, as on the topic tf."""
 
     # The type says what is in it; the values are a list.
     transforms: idl.sequence[TransformStamped] = field(default_factory=list)  # pyright: ignore[reportAssignmentType]
 
 
-# Of the types that are topics, as ROS computes them of their definitions.
+# Hashes of the types used as topics, as ROS computes them from the type definitions.
 TYPE_HASHES = {
     Twist: "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     TwistStamped: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
@@ -192,13 +192,13 @@ TYPE_HASHES = {
 
 
 def planar(place: Point | Vector3, turn: Quaternion) -> tuple[float, float, float]:
-    """x, y [m] and heading [rad] of a pose; not a number where its orientation is none.
+    """x, y [m] and heading [rad] of a pose; NaN if the quaternion's length is not about one.
 
     Args:
-        place: Where it is [m].
-        turn: Its orientation, a quaternion whose length is one to within a tenth.
+        place: Position [m].
+        turn: Orientation, a quaternion whose length is one to within a tenth.
     """
-    # A sum of squares of 1e200 would be no number but an error.
+    # hypot: squaring 1e200 would raise an error.
     length = math.hypot(turn.x, turn.y, turn.z, turn.w)
     if not 0.9 < length < 1.1:
         return (math.nan, math.nan, math.nan)
@@ -207,11 +207,11 @@ def planar(place: Point | Vector3, turn: Quaternion) -> tuple[float, float, floa
     return (place.x, place.y, heading)
 
 
-# How long a reader may hold up a writer [ms].
+# How long a slow reader may block a writer [ms].
 _BLOCKED = 5
-# So many messages are taken at once at most, which are kept until then.
+# Depth of a reader's history, and the most messages taken at once.
 _TAKEN = 50
-# Where everything stays on this machine; Cyclone takes its networks otherwise.
+# Configuration that keeps traffic on this machine; without it Cyclone uses the real networks.
 LOOPBACK = (
     '<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo"/></Interfaces>'
     "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto"
@@ -219,9 +219,9 @@ LOOPBACK = (
     "</CycloneDDS>"
 )
 _PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
-# A reliable writer is heard by readers of either reliability, and a reader of best effort that asks
-# for nothing old hears every writer. Commands are volatile, so that nobody who comes late drives by
-# one of before; a reader that asks for those (transient local) hears none at all.
+# A reliable writer matches readers of either reliability, and a volatile best-effort reader matches
+# every writer. Commands are volatile, so that a reader that joins late does not follow an old one;
+# a reader that asks for old messages (transient local) does not match, and gets none at all.
 _WRITER = Qos(
     Policy.Reliability.Reliable(duration(milliseconds=_BLOCKED)),
     Policy.Durability.Volatile,
@@ -238,22 +238,22 @@ _ANY = SampleState.Any | ViewState.Any | InstanceState.Any
 
 
 def open_domain(number: int, configuration: str) -> Any:
-    """A domain with a configuration of its own, for this process; kept as long as it is used.
+    """Open a domain with its own configuration in this process; the caller must keep the result.
 
     Args:
-        number: Of the domain, 0 to 232.
-        configuration: Of Cyclone, in XML.
+        number: Number of the domain, 0 to 232.
+        configuration: Cyclone's configuration, in XML.
     """
     return Domain(number, configuration)
 
 
 def open_on_loopback(number: int) -> Any:
-    """A domain that stays on this machine, kept as long as it is used.
+    """Open a domain that stays on this machine; the caller must keep the result.
 
-    One that this process has open already stays as it is.
+    If this process has the domain open already, that one stays as it is, and None is returned.
 
     Args:
-        number: Of the domain, 0 to 232.
+        number: Number of the domain, 0 to 232.
     """
     try:
         return open_domain(number, LOOPBACK)
@@ -280,21 +280,21 @@ class Node:
         self._readers: list[tuple[Any, Any]] = []
 
     def writer(self, topic: str, kind: type) -> Any:
-        """What writes messages of a type.
+        """Make a writer of a topic.
 
         Args:
-            topic: As in ROS: robot1/cmd_vel.
-            kind: Of `messages`.
+            topic: Name as in ROS: robot1/cmd_vel.
+            kind: Type of its messages, one of `TYPE_HASHES`.
         """
         found = Topic(self._participant, f"rt/{topic}", kind)
         return DataWriter(self._participant, found, _told(_WRITER, kind))
 
     def reader(self, topic: str, kind: type) -> Any:
-        """What reads messages of a type, and wakes `wait`.
+        """Make a reader of a topic; its messages wake `wait`.
 
         Args:
-            topic: As in ROS: robot1/odom.
-            kind: Of `messages`.
+            topic: Name as in ROS: robot1/odom.
+            kind: Type of its messages, one of `TYPE_HASHES`.
         """
         found = Topic(self._participant, f"rt/{topic}", kind)
         reader = DataReader(self._participant, found, _told(_READER, kind))
@@ -312,12 +312,12 @@ class Node:
         self._waiting.wait(duration(milliseconds=round(1000 * patience)))
 
     def take(self, reader: Any) -> list[Any]:
-        """Messages that have come, at once.
+        """Take the messages that have come, without waiting.
 
-        What only tells of a writer's end is left out, and a message whose texts are none.
+        Notices that a writer has ended, and messages with text that is not UTF-8, are left out.
 
         Args:
-            reader: Which has them.
+            reader: Reader to take them from.
         """
         found = []
         for _ in range(_TAKEN):
@@ -332,7 +332,7 @@ class Node:
 
     @staticmethod
     def source(message: Any) -> int:
-        """Number of the writer that a message was taken of; one that begins anew has another.
+        """Return the handle of the writer that sent a message; it changes if the writer restarts.
 
         Args:
             message: From `take`.
@@ -346,5 +346,5 @@ class Node:
 
 
 def _told(qos: Qos, kind: type) -> Qos:
-    """The quality of service, with the type's hash as ROS tells it."""
+    """Add the type's hash to a quality of service, as ROS announces it."""
     return qos + Qos(Policy.Userdata(f"typehash={TYPE_HASHES[kind]};".encode()))

@@ -1,4 +1,4 @@
-"""Kinds of robots by name: those of this package, and those of one's own."""
+"""Kinds of robots by name: those of this package, and the user's own."""
 
 import os
 import sys
@@ -58,7 +58,7 @@ CRTP = RobotKind(
 )
 
 
-# Of ros2_control's differential drive (cmd_vel_timeout), unless it is set otherwise [s].
+# Default timeout of ros2_control's differential drive (cmd_vel_timeout) [s].
 _DDS_SILENCE = 0.5
 
 
@@ -84,7 +84,7 @@ def _dds_stand_in(
     from .dds_driver import DdsWire, Driver
 
     stamped = fleet.option("stamped", False)
-    # Of this process, among those that ROS leaves to others.
+    # A domain that depends on the process id, to keep parallel runs apart.
     domain = 110 + os.getpid() % 100
     names = [f"stand_in{robot}" for robot in fleet.robots]
     wire = DdsWire(names, domain, stamped=stamped)
@@ -115,7 +115,7 @@ DDS = RobotKind(
 )
 
 
-# Of ArduPilot Rover in mode GUIDED, which has it in its code and not among its parameters [s].
+# Timeout of ArduPilot Rover in mode GUIDED, fixed in its code, not a parameter [s].
 _MAVLINK_SILENCE = 3.0
 
 
@@ -169,7 +169,7 @@ def _udp_stand_in(
     rng = np.random.default_rng(around.seed)
 
     def make_board(k: int) -> UdpBoard:
-        # Clocks start anywhere, and go round.
+        # Clocks start at any value, and wrap around.
         boot, start = (int(each) for each in rng.integers(0, 1 << 32, 2))
         return UdpBoard(fleet.robots[k], around.silence, boot=boot, start=start)
 
@@ -206,8 +206,8 @@ def _xbee_stand_in(
         yield laboratory, replace(fleet, port=laboratory.radio_port)
 
 
-# The firmware's LINK_TIMEOUT_MS, and a tick of its loop. It is told how old the poses of a command
-# were when it was sent, and cannot see how long that was on its way.
+# Silence: the firmware's LINK_TIMEOUT_MS plus one tick of its loop. Late frames are not recognised:
+# a frame tells how old the poses were when it was sent, but not how long it was on its way.
 XBEE = RobotKind(
     name="xbee",
     silence=0.18,
@@ -223,21 +223,21 @@ KINDS = {kind.name: kind for kind in (XBEE, UDP, MAVLINK, DDS, CRTP)}
 
 
 def find_kind(name: str) -> RobotKind:
-    """A kind of robots.
+    """Find a kind of robots by its name.
 
     Args:
-        name: Of one of ours, or `module:NAME` for a RobotKind of one's own, in a module that Python
-            finds in the present folder or among what is installed. The module is run.
+        name: Name in `KINDS`, or `module:NAME` for the user's own RobotKind, in a module of the
+            current folder or an installed one. The module is run.
 
     Raises:
-        InvalidInput: There is none.
+        InvalidInput: There is no such kind.
     """
     module, _, attribute = name.partition(":")
     if not attribute:
         wish = f"be one of {', '.join(KINDS)}, or module:NAME of one's own"
         require(name in KINDS, "radio.kind", wish, name)
         return KINDS[name]
-    # A command that is installed does not look there by itself.
+    # An installed command does not search the current folder by itself.
     sys.path.insert(0, os.getcwd())
     try:
         kind = getattr(import_module(module), attribute)

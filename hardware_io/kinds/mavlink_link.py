@@ -19,15 +19,15 @@ from ..links.robot_link import RobotReport, RobotState
 
 # ArduPilot Rover's modes.
 GUIDED, HOLD = 15, 4
-# Of the autopilot within its vehicle.
+# Component number of the autopilot within its vehicle.
 AUTOPILOT = dialect.MAV_COMP_ID_AUTOPILOT1
-# A work station's numbers, as ground stations have them.
+# System and component number of the work station, those of ground stations.
 STATION, STATION_COMPONENT = 255, dialect.MAV_COMP_ID_MISSIONPLANNER
-# Of a setpoint: vx, vy and the yaw rate count (the "Vel+Yaw Rate" of ArduPilot's Rover).
+# Type mask of a setpoint by vx, vy and yaw rate (the "Vel+Yaw Rate" of ArduPilot's Rover).
 SPEED_AND_TURN_RATE = 0x5E7
-# A disarm that a moving vehicle takes, too.
+# Parameter of a disarm that a moving vehicle accepts, too.
 FORCE = 21196
-# Signatures count from here, in units of ten microseconds (MAVLink 2: 1 January 2015).
+# Epoch of time stamps in signatures, and ticks of ten microseconds (MAVLink 2: 1 January 2015).
 _EPOCH, _TICKS = 1_420_070_400, 100_000
 
 
@@ -35,9 +35,9 @@ class Packer:
     """One side of a stream of packets between a station and one vehicle.
 
     Args:
-        system: Number of who sends.
-        component: Of it.
-        key: 32 bytes that both sides have, which sign every packet; unsigned ones are refused then.
+        system: System number of the sender.
+        component: Component number of the sender.
+        key: Shared secret of 32 bytes that signs every packet; unsigned ones are refused then.
             None: nothing is signed.
     """
 
@@ -58,19 +58,19 @@ class Packer:
         return bytes(packed)
 
     def unpack(self, data: bytes) -> list[Any]:
-        """The messages of a datagram; what is no packet, or not signed as it must be, is left out.
+        """Return the messages of a datagram; invalid or wrongly signed packets are left out.
 
         Args:
             data: The datagram.
         """
-        # What is left of the datagram before is not the beginning of this one.
+        # Discard what is left of the datagram before: packets do not span datagrams.
         self._mavlink.buf, self._mavlink.buf_index = bytearray(), 0
         found = self._mavlink.parse_buffer(data) or []
         return [each for each in found if each.get_type() not in ("BAD_DATA", "UNKNOWN")]
 
 
 def read_key(file: str) -> bytes | None:
-    """The key of a file with 64 hexadecimal digits; None: no file is named.
+    """Read the key from a file with 64 hexadecimal digits; None if no file is named.
 
     Args:
         file: Its path, or empty.
@@ -91,18 +91,18 @@ def read_key(file: str) -> bytes | None:
     return key
 
 
-# How often a vehicle hears that a ground station is there, and what it is to report [s].
+# How often a vehicle is told that a ground station is there, and what to report [s].
 _HEARTBEAT = 0.5
-# What it is to report, and how often [us].
+# Messages that a vehicle is to send, and their intervals [us].
 _INTERVALS = {
     dialect.MAVLINK_MSG_ID_HEARTBEAT: 200_000,
     dialect.MAVLINK_MSG_ID_WHEEL_DISTANCE: 50_000,
     dialect.MAVLINK_MSG_ID_SYS_STATUS: 1_000_000,
 }
-# Packets of numbers not newer than the last count again once none came for so long: the vehicle
-# was started anew [s].
+# After a gap of this length in newer packets, older sequence numbers count again: the vehicle was
+# restarted [s].
 _ANEW = 0.5
-# No wheel has gone so far [m]: nothing is counted of it, and of 1e305 nothing could be.
+# Larger wheel distances are implausible, and ignored; 1e305 could not even be converted [m].
 _FURTHEST = 1e9
 # A wheel that is slower than this stands [m/s].
 _SLOWEST = 0.01
@@ -110,19 +110,19 @@ _SLOWEST = 0.01
 
 @dataclass
 class _Vehicle:
-    """What is known of one, with its stream of packets.
+    """What is known of one vehicle, with its stream of packets.
 
     Attributes:
-        packer: Of the stream.
-        hailed: When it last heard that a ground station is there [s].
-        number: Of its last packet, -1 before the first, and when that came [s].
-        came: When that came [s].
-        state: What its heartbeats say; None before the first.
-        counts: Of the left and the right wheel.
-        measured: When its wheels were where the counts say [s].
-        drives: Whether one turned between the last two reports of them.
-        battery: [V].
-        clock: By which it measured; it may be set to the time of a GPS.
+        packer: Packs and unpacks its packets.
+        hailed: When it was last told that a ground station is there [s].
+        number: Sequence number of its last packet, -1 before the first.
+        came: When that packet came [s].
+        state: State by its heartbeats; None before the first.
+        counts: Counts of the left and the right wheel.
+        measured: When the wheels had these counts [s].
+        drives: Whether a wheel turned between the last two reports of the counts.
+        battery: Battery voltage [V].
+        clock: Compares its clock with ours; it may be set to the time of a GPS.
     """
 
     packer: Packer
@@ -140,17 +140,17 @@ class _Vehicle:
 class MavlinkLink(DatagramLink):
     """Commands to ArduPilot Rovers in mode GUIDED, over UDP, and their reports.
 
-    A robot's number is its system's (SYSID_THISMAV). An arm sets the mode and arms the vehicle; a
-    stop sets HOLD and disarms it. Reports need wheel encoders: counts are made of WHEEL_DISTANCE,
-    the left wheel first. MAVLink tells no deadline: a command whose deadline has passed is not
-    sent, and one that is late in the air is followed. A vehicle that hears no command goes on for
-    3 s.
+    A robot's number is its system number (SYSID_THISMAV). An arm sets the mode and arms the
+    vehicle; a stop disarms it and sets HOLD. Reports need wheel encoders: counts are computed from
+    WHEEL_DISTANCE, the left wheel first. MAVLink has no deadlines: a command whose deadline has
+    passed is not sent, but one that is delayed in the air is followed. A vehicle that hears no
+    command goes on for 3 s.
 
     Args:
-        robots: Numbers of their systems, 1 to 254.
+        robots: Their system numbers, 1 to 254.
         addresses: Of each, as "192.168.1.21:14550".
-        counts_per_metre: Of the counts that are made [1/m].
-        key: 32 bytes that sign every packet, which the vehicles have too; None: nothing is signed.
+        counts_per_metre: Scale of the computed counts [1/m].
+        key: 32 bytes that sign every packet, known to the vehicles too; None: nothing is signed.
 
     Raises:
         InvalidInput: See `DatagramLink`; a number is 0.
@@ -173,7 +173,7 @@ class MavlinkLink(DatagramLink):
         self._opened = time.monotonic()
 
     def encode(self, robot: int, order: Order) -> bytes:
-        """See `DatagramLink`; what a ground station has to say from time to time goes along."""
+        """See `DatagramLink`; a ground station's periodic messages are sent along."""
         vehicle, now = self._vehicles[robot], time.monotonic()
         messages: list[Any] = []
         if order.what != What.STOP and (
@@ -212,7 +212,7 @@ class MavlinkLink(DatagramLink):
                 if state == RobotState.IDLE and vehicle.drives:
                     state = RobotState.DRIVING
                 report = RobotReport(
-                    # Counts are compared with the way that was seen at this time.
+                    # The counts belong to this time: they are compared with the motion seen then.
                     time=max(vehicle.measured, now - 2 * _HEARTBEAT),
                     state=state,
                     counts=vehicle.counts,
@@ -247,7 +247,7 @@ class MavlinkLink(DatagramLink):
                 gone = max(abs(left - vehicle.counts[0]), abs(right - vehicle.counts[1]))
                 least = _SLOWEST * (now - vehicle.measured) * self._counts_per_metre
                 vehicle.drives = math.isfinite(least) and gone > least
-                # Without a clock none is late.
+                # A report without a time stamp is never late.
                 stamp = 1e-6 * message.time_usec or now
                 vehicle.counts = (left, right)
                 vehicle.measured = now - vehicle.clock.late(now, stamp)
@@ -256,7 +256,7 @@ class MavlinkLink(DatagramLink):
 
 
 def _hail(robot: int) -> list[Any]:
-    """That a ground station is there, and what the vehicle is to report."""
+    """Messages that a ground station is there, and what the vehicle is to report."""
     here = dialect.MAVLink_heartbeat_message(
         dialect.MAV_TYPE_GCS, dialect.MAV_AUTOPILOT_INVALID, 0, 0, dialect.MAV_STATE_ACTIVE, 3
     )
@@ -285,7 +285,7 @@ def _command(robot: int, command: int, first: float, second: float) -> Any:
 
 
 def _speeds(robot: int, since: int, speed: float, turn_rate: float) -> Any:
-    """A setpoint by the vehicle's own heading; its yaw turns to the right, its z down."""
+    """A setpoint in the vehicle's body frame, whose z points down: its yaw turns to the right."""
     return dialect.MAVLink_set_position_target_local_ned_message(
         since,
         robot,

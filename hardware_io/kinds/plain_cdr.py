@@ -1,7 +1,7 @@
-"""Messages of numbers and texts to plain CDR and back, several times as fast as field by field.
+"""Encode and decode messages in plain CDR, several times as fast as field by field.
 
-What lies between two texts always has the same form, and is packed at once. The bytes are those
-that the library makes, which is left to do what is of another form.
+The numbers between two strings always have the same layout, and are packed at once. The bytes are
+the same as the library's, which still handles every other encoding.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,21 +13,21 @@ from typing import Any, NamedTuple, Self, TypeGuard
 
 from cyclonedds.idl import IdlStruct
 
-# Of plain CDR, little-endian: two bytes that say so, and two of no account.
+# Header of plain CDR, little-endian: two bytes of encoding, and two that are ignored.
 _HEAD = b"\x00\x01\x00\x00"
 _LENGTH = Struct("<I")
-# By the names of the library's types.
+# Formats of `struct`, by the names of the library's types.
 _FORMATS = {"float64": "d", "int32": "i", "uint32": "I"}
 
 
 class _Piece(NamedTuple):
-    """Values one after the other.
+    """Consecutive values that are packed at once.
 
     Attributes:
-        numbers: How they are packed; None: it is one text.
-        size: Of each number: a multiple of it is where they begin [bytes].
-        first, end: Which of the message's values they are.
-        is_array: Whether they are one value, a list.
+        numbers: How they are packed; None for one string.
+        size: Size of each number, to which the piece is aligned [bytes].
+        first, end: Range of the message's values that it holds.
+        is_array: Whether the numbers are one value, a list.
     """
 
     numbers: Struct | None
@@ -46,7 +46,7 @@ class PlainMessage(IdlStruct):
         """The bytes of a message.
 
         Args:
-            buffer, endianness, use_version_2: As of `IdlStruct`, which packs it if one is given.
+            buffer, endianness, use_version_2: As in `IdlStruct`, which packs it if one is given.
         """
         if use_version_2 or buffer is not None or endianness is not None:
             return super().serialize(buffer, endianness, use_version_2)
@@ -65,11 +65,11 @@ class PlainMessage(IdlStruct):
     def deserialize(
         cls, data: bytes, has_header: bool = True, use_version_2: bool | None = None
     ) -> Self:
-        """The message of some bytes.
+        """Decode a message.
 
         Args:
-            data: They.
-            has_header, use_version_2: As of `IdlStruct`, which reads those that differ.
+            data: Its bytes.
+            has_header, use_version_2: As in `IdlStruct`, which reads every other encoding.
         """
         if use_version_2 or not has_header or data[:2] != _HEAD[:2]:
             return super().deserialize(data, has_header, use_version_2)
@@ -92,11 +92,11 @@ class PlainMessage(IdlStruct):
 
 @cache
 def _layout(kind: type) -> tuple[list[_Piece], Callable[[Any], tuple[Any, ...]]]:
-    """The pieces of a kind of message, and what gives all its values."""
+    """Pieces of a type of message, and a function that returns all its values."""
     paths, forms = zip(*_leaves(kind), strict=True)
 
     def piece_of(k: int) -> tuple[int, int]:
-        """Numbers of one size that follow each other are one piece; each other value is its own."""
+        """Key of a piece: adjacent numbers of one size share it; an array or string has its own."""
         return (calcsize(forms[k][-1:]), -1 if len(forms[k]) == 1 else k)
 
     pieces = []
@@ -109,7 +109,7 @@ def _layout(kind: type) -> tuple[list[_Piece], Callable[[Any], tuple[Any, ...]]]
 
 
 def _leaves(kind: type, path: str = "") -> Iterator[tuple[str, str]]:
-    """Where each value of a kind of message is, and how it is packed; empty: as a text."""
+    """Attribute path of each value of a type of message, and its format; empty for a string."""
     for each, annotation in kind.__annotations__.items():
         if _is_message(annotation):
             yield from _leaves(annotation, f"{path}{each}.")
@@ -130,7 +130,7 @@ def _build(kind: type, values: Iterator[Any]) -> Any:
 
 @cache
 def _parts(kind: type) -> list[type | None]:
-    """Of each field: what kind of message it is; None: a value."""
+    """Type of each field that is a message; None for a field that is a value."""
     return [each if _is_message(each) else None for each in kind.__annotations__.values()]
 
 

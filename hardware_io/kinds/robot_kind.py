@@ -1,4 +1,4 @@
-"""What makes a kind of robots: a link, what they do in silence, and robots that stand in."""
+"""Definition of a kind of robots: its link, its silence limit, and its stand-in robots."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -16,11 +16,11 @@ from ..emulation.laboratory import LaboratorySnapshot
 from ..emulation.stand_in_laboratory import Board, StandInLaboratory, Wire
 from ..links.robot_link import RobotLink
 
-# What has been on its way for longer than it is good for.
+# A message that comes after its deadline.
 LATE = "late"
-# What has come before.
+# A message that has come before.
 REPEATED = "repeated"
-# What was sent before something that has come.
+# A message that was overtaken by one sent later.
 REORDERED = "reordered"
 
 
@@ -31,12 +31,12 @@ class RobotFleet:
     Attributes:
         robots: Their numbers.
         port: Serial port, for kinds that have one.
-        baud_rate: Of the port [baud].
-        addresses: Of each robot on the network, in the order of the numbers, for kinds that have
+        baud_rate: Baud rate of the port [baud].
+        addresses: Network address of each robot, in the order of the numbers, for kinds that have
             them.
-        options: What else a kind asks for, by name.
-        chassis: Wheels of the robots: kinds whose robots tell their way and not their encoders
-            count by it.
+        options: The kind's own settings, by name.
+        chassis: Wheels of the robots. Kinds whose robots report odometry instead of encoder counts
+            compute the counts with it.
     """
 
     robots: tuple[int, ...]
@@ -47,14 +47,14 @@ class RobotFleet:
     chassis: Chassis = field(default_factory=Chassis)
 
     def option(self, name: str, default: Any) -> Any:
-        """A setting of the kind's own.
+        """Return one of the kind's own settings.
 
         Args:
-            name: Of the setting.
-            default: Where it is not set; what is set must be of its type.
+            name: Name of the setting.
+            default: Value if it is not set; a set value must be of the same type.
 
         Raises:
-            InvalidInput: It is of another type.
+            InvalidInput: The value is of another type.
         """
         value = self.options.get(name, default)
         if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
@@ -85,14 +85,14 @@ class _Asked(Mapping[str, Any]):
 
 @dataclass(frozen=True, kw_only=True)
 class Surroundings:
-    """Of robots that stand in.
+    """Surroundings of robots that stand in.
 
     Attributes:
-        starts: Poses, shape (n, 3) [m], [m], [rad].
-        air: Between station and robots.
-        seed: Of what is lost.
+        starts: Start poses, shape (n, 3) [m], [m], [rad].
+        air: Radio channel between station and robots.
+        seed: Seed of the random losses and delays.
         world: Walls that infrared sensors feel, or None.
-        silence: After which the robots stop by themselves [s].
+        silence: Silence after which the robots stop by themselves [s].
     """
 
     starts: np.ndarray
@@ -104,12 +104,12 @@ class Surroundings:
     def laboratory(
         self, robots: Sequence[int], make_board: Callable[[int], Board], wire: Wire
     ) -> StandInLaboratory:
-        """Robots that stand in here, a context manager.
+        """Return a laboratory of stand-in robots, a context manager.
 
         Args:
             robots: Their numbers.
             make_board: Makes the program of a robot, given its number from 0.
-            wire: Of the kind.
+            wire: The kind's way of carrying messages.
 
         Raises:
             InvalidInput: An argument is out of its range.
@@ -130,11 +130,11 @@ class Laboratory(Protocol):
 
     @property
     def air(self) -> Air:
-        """What lies between station and robots."""
+        """Radio channel between station and robots."""
         ...
 
     def time(self) -> float:
-        """Since it was entered [s]."""
+        """Time since the laboratory was entered [s]."""
         ...
 
     def snapshot(self) -> LaboratorySnapshot:
@@ -154,21 +154,21 @@ class Laboratory(Protocol):
         ...
 
     def set_encoder(self, k: int, wheel: int, sense: int) -> None:
-        """Set what an encoder tells.
+        """Set in which direction an encoder counts.
 
         Args:
-            k: Of which robot.
+            k: Number of the robot.
             wheel: 0 for the left, 1 for the right.
             sense: 1 the wheel's way, -1 the other way, 0 nothing.
         """
         ...
 
     def reset_robot(self, k: int) -> None:
-        """Let robot k begin anew."""
+        """Restart the program of robot k."""
         ...
 
     def cut_radio(self) -> float:
-        """Let nothing through any more; returns the time of it [s]."""
+        """Let no messages through any more; returns the time of the cut [s]."""
         ...
 
     def restore_radio(self) -> None:
@@ -185,18 +185,17 @@ class RobotKind:
 
     Attributes:
         name: As in a scenario's `radio.kind`.
-        silence: After which its robots stop by themselves [s]. A kind that does not say is refused:
-            it is all that stops a robot whose work station is gone.
+        silence: Silence after which its robots stop by themselves [s]. It must be given: nothing
+            else stops a robot whose work station is gone.
         link: Makes the link to a fleet, not yet connected.
         stand_in: Opens robots that stand in for a fleet's, and says how those are reached.
-        recognises: Which messages its robots take for what they are and do not follow: of "late",
-            "repeated" and "reordered". They follow the others, until silence.
-        extra: Of this package, which installs what the kind needs; empty: nothing.
-        needs: Names by which that is imported.
+        recognises: Which bad messages its robots detect and ignore, a subset of "late", "repeated"
+            and "reordered". They follow the others, until silence.
+        extra: Extra of this package that installs what the kind needs; empty: none.
+        needs: Names of the modules that the kind imports.
 
     Raises:
-        InvalidInput: It does not say after what silence its robots stop, or recognises what there
-            is not.
+        InvalidInput: `silence` is missing or not positive, or `recognises` has an unknown name.
     """
 
     name: str
@@ -216,21 +215,21 @@ class RobotKind:
 
     @property
     def stops_after(self) -> float:
-        """The silence, which is known [s]."""
+        """Silence after which robots stop by themselves [s]; never None."""
         assert self.silence is not None
         return self.silence
 
     def open_link(self, fleet: RobotFleet) -> RobotLink:
-        """The link to a fleet, not yet connected.
+        """Make the link to a fleet, not yet connected.
 
         Raises:
-            InvalidInput: The kind's extra is not installed, the fleet lacks what it needs, or has
-                an option that the kind does not ask for when it makes the link.
+            InvalidInput: The kind's extra is not installed, the fleet lacks what the kind needs, or
+                has an option that the kind does not read when it makes the link.
         """
         self.require_installed()
         asked = _Asked(fleet.options)
         link = self.link(replace(fleet, options=asked))
-        # A key that is misspelt would leave everything unsigned.
+        # Misspelt options must not pass: without `key_file`, say, nothing would be signed.
         for name, value in fleet.options.items():
             known = f"be one that kind {self.name} has ({', '.join(sorted(asked.names)) or 'none'})"
             require(name in asked.names, f"radio.options.{name}", known, value)
@@ -246,7 +245,7 @@ class RobotKind:
         return self.stand_in(fleet, around)
 
     def require_installed(self) -> None:
-        """What links to the robots, and robots that stand in, are made with is there.
+        """Check that the packages needed for links and stand-in robots are installed.
 
         Raises:
             InvalidInput: The kind's extra is not installed.

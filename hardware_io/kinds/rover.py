@@ -1,4 +1,4 @@
-"""A rover that stands in: what ArduPilot's answers to a ground station, by real MAVLink."""
+"""Stand-in for an ArduPilot Rover: it answers a ground station by real MAVLink."""
 
 import math
 from typing import Any
@@ -18,13 +18,13 @@ _HEARTBEAT, _WHEELS, _STATUS = (
 class Rover:
     """An autopilot with wheel encoders, in mode HOLD and disarmed at first.
 
-    It takes setpoints whenever they come, as ArduPilot's does: nothing in them says that one is
-    late or was overtaken. Signed packets are taken in their order only.
+    Like ArduPilot it follows every setpoint, as nothing in one says that it is late or was
+    overtaken. Signed packets are accepted only in order.
 
     Args:
-        robot: Number of its system.
-        silence: After which it stops by itself: 3 s in ArduPilot's mode GUIDED [s].
-        counts_per_metre: Of its encoders [1/m].
+        robot: Its system number.
+        silence: Silence after which it stops by itself: 3 s in ArduPilot's mode GUIDED [s].
+        counts_per_metre: Resolution of its encoders [1/m].
         key: 32 bytes that sign every packet, or None.
     """
 
@@ -41,7 +41,7 @@ class Rover:
         self._packer = Packer(robot, AUTOPILOT, key)
         self._armed, self._mode = False, HOLD
         self._targets, self._told = (0.0, 0.0), -math.inf
-        # Without a wish it says once a second that it is there.
+        # Unless asked otherwise it sends a heartbeat once a second.
         self._intervals = {_HEARTBEAT: 1.0}
         self._due = {_HEARTBEAT: 0.0}
         self._answers: list[Any] = []
@@ -73,7 +73,7 @@ class Rover:
         return self._targets if drives else None
 
     def reports(self, now: float, sensed: Sensed) -> list[bytes]:
-        """What is due of what was asked for, and answers, in one datagram.
+        """Return one datagram with answers and the requested messages that are due.
 
         Args:
             now: The time [s].
@@ -87,16 +87,16 @@ class Rover:
         return [self._packer.pack(*messages)] if messages else []
 
     def _obey(self, message: Any, now: float) -> bool:
-        """Whether a command is done."""
+        """Carry out a command; returns whether it was accepted."""
         first, second = message.param1, message.param2
         if message.command == dialect.MAV_CMD_COMPONENT_ARM_DISARM:
-            # While it drives it is disarmed by force only.
+            # A moving rover can be disarmed only with `FORCE`.
             if first == 0 and second != FORCE and self.targets(now) not in (None, (0.0, 0.0)):
                 return False
             if first == 1 and not self._armed:
                 self._told = -math.inf
             self._armed = first == 1
-            # A change is told at once.
+            # Report a change at once.
             self._due[_HEARTBEAT] = now
             return True
         if message.command == dialect.MAV_CMD_DO_SET_MODE:

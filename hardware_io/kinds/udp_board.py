@@ -1,4 +1,4 @@
-"""What a small board on Wi-Fi does with datagrams: the program to port, here in Python."""
+"""Reference program in Python of a small board on Wi-Fi, to be ported to the real board."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from .udp_link import (
 
 # Between two reports [s].
 _REPORT_PERIOD = 0.05
-# A deadline that lies further ahead is by another clock than this [ms].
+# A deadline further ahead than this must come from another clock, and is refused [ms].
 _FURTHEST = 1000
 _LOW_BATTERY = 6.6
 _ARMED = (RobotState.IDLE, RobotState.DRIVING, RobotState.LOST)
@@ -36,15 +36,15 @@ class _Order:
 class UdpBoard:
     """A board's program: states and rules are those of the XBee robots' firmware (docs/radio.md).
 
-    A stop is taken from anybody, however old it is. Everything else counts only if it is newer than
-    what was taken of its session, and in time: after its deadline a command says only that the work
-    station is there, and an arm nothing.
+    A stop is taken from anybody, however old it is. Arms and commands count only if they are newer
+    than the last order taken of their session, and come before their deadline. A command that comes
+    later only proves that the work station is there; an arm that comes later is ignored.
 
     Args:
         robot: Its number.
-        silence: After which it stops by itself [s].
-        boot: Drawn at its start.
-        start: Of its clock, which goes round [ms].
+        silence: Silence after which it stops by itself [s].
+        boot: Random number drawn at its start.
+        start: First value of its clock, which wraps around [ms].
     """
 
     def __init__(self, robot: int, silence: float, *, boot: int, start: int = 0) -> None:

@@ -1,4 +1,4 @@
-"""The work station's end of datagrams to small boards on Wi-Fi: what they say, and the link.
+"""The work station's end of datagrams to small boards on Wi-Fi: their layout, and the link.
 
 Little-endian, every field at a multiple of its size, so that both are plain structures in C:
 
@@ -44,9 +44,8 @@ offset  type     report, of one robot: 60 bytes
 56      u32      CRC-32 of all bytes before it
 ======  =======  ===================================================================
 
-A deadline is by the clock of the robot, which it has told in its reports: so a board needs no time
-from outside to see that an order is late. Every datagram has one reading and every message one
-datagram.
+A deadline is given by the robot's clock, known from its reports, so that a board can tell that an
+order is late without synchronising its clock. Datagrams and messages correspond one to one.
 """
 
 import os
@@ -65,7 +64,7 @@ from ..links.reporting_link import DatagramLink, NoMessage, Order, What
 from ..links.robot_link import LinkError, RobotFlag, RobotReport, RobotState
 
 MODULUS = 1 << 32
-# Of a range that there is not [mm].
+# Value of a range that is not measured [mm].
 NO_RANGE = 65535
 
 _MARK, _VERSION, _REPORT = b"SF", 1, 5
@@ -76,7 +75,7 @@ _SHORTS = ("battery", "hold", "taken", "refused", "silence", "robot")
 
 
 class DatagramError(SightfieldError):
-    """Bytes that are no datagram of ours; the message says what is wrong with them."""
+    """The bytes are not a valid datagram; the message says why."""
 
 
 class OrderKind(IntEnum):
@@ -90,14 +89,14 @@ class OrderKind(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class OrderDatagram:
-    """What a robot is told; fields as in the module's table.
+    """An order to a robot; fields as in the module's table.
 
     Attributes:
-        kind: What it is told.
-        session, sequence, deadline: As there.
-        speed: Forward [mm/s].
-        turn_rate: [mrad/s].
-        robot: Its number.
+        kind: Kind of order.
+        session, sequence, deadline: As in the table.
+        speed: Forward speed [mm/s].
+        turn_rate: Turn rate [mrad/s].
+        robot: Number of the robot.
 
     Raises:
         InvalidInput: A number does not fit its field, or speeds are told without a command.
@@ -126,18 +125,18 @@ class OrderDatagram:
 
 @dataclass(frozen=True, kw_only=True)
 class ReportDatagram:
-    """What a robot says; fields as in the module's table.
+    """A report of a robot; fields as in the module's table.
 
     Attributes:
-        session, sequence, clock, boot, last_sequence: As there.
-        counts: Of the left and the right encoder.
-        ranges: Of the four sensors [mm].
-        battery: [mV].
-        hold, silence: [ms].
-        taken, refused: Numbers of orders.
-        robot: Its number.
-        state: It is in.
-        flags: Of what is wrong.
+        session, sequence, clock, boot, last_sequence: As in the table.
+        counts: Counts of the left and the right encoder.
+        ranges: Ranges of the four sensors [mm].
+        battery: Battery voltage [mV].
+        hold, silence: As in the table [ms].
+        taken, refused: Numbers of orders taken and refused.
+        robot: Number of the robot.
+        state: State of the robot.
+        flags: Flags of what is wrong.
 
     Raises:
         InvalidInput: A number does not fit its field.
@@ -198,8 +197,8 @@ def decode_order(data: bytes) -> OrderDatagram:
         data: The datagram.
 
     Raises:
-        DatagramError: It is none: another length, mark, version, kind or checksum, or a field whose
-            value is refused.
+        DatagramError: It is no order: wrong length, mark, version, kind or checksum, or a field
+            with an invalid value.
     """
     kind, body = _body(data, _ORDER.size)
     *numbers, rest = _ORDER.unpack(body)
@@ -218,7 +217,7 @@ def decode_report(data: bytes) -> ReportDatagram:
         data: The datagram.
 
     Raises:
-        DatagramError: It is none, or a value is refused; see `decode_order`.
+        DatagramError: It is no report, or a value is invalid; see `decode_order`.
     """
     kind, body = _body(data, _REPORT_BODY.size)
     found = _REPORT_BODY.unpack(body)
@@ -243,7 +242,7 @@ def _checked(data: bytes) -> bytes:
 
 
 def _body(data: bytes, size: int) -> tuple[int, bytes]:
-    """Kind and body of a datagram whose frame is right."""
+    """Check length, mark, version and checksum of a datagram; returns its kind and body."""
     data = bytes(data)
     whole = _HEAD.size + size + 4
     if len(data) != whole:
@@ -261,7 +260,7 @@ def _require_within(name: str, value: int, low: int, high: int) -> None:
     require(whole and low <= value <= high, name, f"be a whole number {low} to {high}", value)
 
 
-# After which silence boards stop by themselves [s]; one that says it takes longer is not armed.
+# Longest silence after which a board may stop by itself [s]; if one reports longer, `arm` fails.
 SILENCE = 0.2
 _KINDS = {
     What.HAIL: OrderKind.HAIL,
@@ -277,22 +276,22 @@ class _Clock:
 
     boot: int
     sequence: int
-    # Of its clock, unwrapped [ms].
+    # Latest reading of its clock, unwrapped [ms].
     latest: int
     ours: RobotClock = field(default_factory=RobotClock)
 
     def note(self, came: float, clock: int) -> float:
-        """Take note of a report; returns by how much it was later than the fastest [s]."""
+        """Take note of a report; returns its delay relative to the fastest one [s]."""
         self.latest += _signed(clock - self.latest)
         return self.ours.late(came, 1e-3 * self.latest)
 
     def at(self, time: float) -> int:
-        """What the clock shows at a time, or less: by the fastest report's way [ms]."""
+        """Reading of the clock at a time, too low by the delay of the fastest report [ms]."""
         return round(1000 * (time - self.ours.behind)) % MODULUS
 
 
 class UdpLink(DatagramLink):
-    """Commands to small boards, a datagram to each, and their reports; see `datagrams`.
+    """Commands to small boards, a datagram to each, and their reports; see the module's tables.
 
     Args:
         robots: Their numbers, in the order of the commands.
@@ -315,7 +314,7 @@ class UdpLink(DatagramLink):
             timeout: How long to wait [s].
 
         Raises:
-            LinkError: A robot says that it would go on for longer in silence than it may.
+            LinkError: A robot reports that it stops by itself only after a longer silence.
         """
         answered = super().arm(timeout)
         for robot, silence in self._slow.items():
@@ -373,7 +372,7 @@ class UdpLink(DatagramLink):
             self.heard(robot, _in_si(report, now - late), progress)
 
     def _note_clock(self, report: ReportDatagram, now: float) -> float:
-        """How late a report is [s].
+        """Update the robot's clock by a report; returns how late the report is [s].
 
         Raises:
             NoMessage: It came twice, was overtaken, or is from before the robot's last start.
@@ -393,7 +392,7 @@ class UdpLink(DatagramLink):
 
 
 def _signed(difference: int) -> int:
-    """A difference of two numbers that go round, from -2^31 on."""
+    """Difference of two numbers modulo 2^32, as a signed number from -2^31 on."""
     return (difference + MODULUS // 2) % MODULUS - MODULUS // 2
 
 

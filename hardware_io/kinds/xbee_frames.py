@@ -1,4 +1,4 @@
-"""The frames between work station and robots on XBee radios: what they say, and their bytes.
+"""The frames between work station and robots on XBee radios: their fields and byte layout.
 
 Every frame is one payload of an XBee module (at most 100 bytes), little-endian:
 
@@ -31,8 +31,8 @@ kind  frame            body
                        acknowledged, u8 state
 ====  ===============  ==================================================================
 
-A CRC-16 would let about 15 of a million damaged frames pass; hence 32 bits. Every valid payload has
-one reading and every frame one payload: `decode(encode(f)) == f` and `encode(decode(b)) == b`.
+A CRC-16 would let about 15 of a million damaged frames pass; hence 32 bits. Frames and valid
+payloads correspond one to one: `decode(encode(f)) == f` and `encode(decode(b)) == b`.
 """
 
 import struct
@@ -87,7 +87,7 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
-    """What all frames have: the session and the sender's sequence number."""
+    """Base of all frames: the session and the sender's sequence number."""
 
     session: int
     sequence: int
@@ -121,7 +121,7 @@ class Command(Frame):
 
 @dataclass(frozen=True, kw_only=True)
 class Heartbeat(Frame):
-    """The work station is there."""
+    """Tells the robots that the work station is there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,15 +152,15 @@ class Telemetry(Frame):
 
     Attributes:
         robot: Its number.
-        state: It is in.
-        flags: Of what is wrong.
-        last_sequence: Number of the last frame that it took.
-        hold: Since then [ms].
-        counts: Of the left and the right encoder.
-        speeds: Of the left and the right wheel [mm/s].
-        ranges: Of the four infrared sensors [mm].
-        battery: [mV].
-        taken, refused: Numbers of frames, modulo 65536.
+        state: State of the robot.
+        flags: Flags of what is wrong.
+        last_sequence: Sequence number of the last frame that it took.
+        hold: Time since it took that frame [ms].
+        counts: Counts of the left and the right encoder.
+        speeds: Speeds of the left and the right wheel [mm/s].
+        ranges: Ranges of the four infrared sensors [mm].
+        battery: Battery voltage [mV].
+        taken, refused: Numbers of frames taken and refused, modulo 65536.
 
     Raises:
         InvalidInput: A number does not fit its field.
@@ -201,9 +201,9 @@ class Acknowledgement(Frame):
 
     Attributes:
         robot: Its number.
-        kind: Of what it has taken.
-        acknowledged: Its sequence number.
-        state: The robot's, now.
+        kind: Kind of the frame that it has taken.
+        acknowledged: Sequence number of that frame.
+        state: State of the robot now.
 
     Raises:
         InvalidInput: A number does not fit its field.
@@ -244,7 +244,7 @@ _ACKNOWLEDGEMENT = struct.Struct("<BBHB")
 
 
 class FrameError(SightfieldError):
-    """Bytes that are no frame; the message says what is wrong with them."""
+    """The bytes are not a valid frame; the message says why."""
 
 
 def encode(frame: AnyFrame) -> bytes:

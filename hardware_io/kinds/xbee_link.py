@@ -44,11 +44,11 @@ from .xbee_frames import (
 
 # How long a module may take to answer when it is opened [s].
 _PATIENCE = 3
-# How long it may take to take a frame [s]: one is on the line for some 20 ms.
+# How long the serial line may take to accept a frame, which lasts some 20 ms on the line [s].
 _WRITE_TIMEOUT = 0.1
-# Frames that it has not confirmed; more would wait in buffers, and arrive when they are old.
+# Most frames that the module has not confirmed; more would wait in buffers, and arrive too old.
 _MOST_UNCONFIRMED = 4
-# How long it may confirm none of them before it is given up [s].
+# If the module confirms no frame for this long, it is given up [s].
 _SILENCE = 0.5
 
 
@@ -57,13 +57,13 @@ class RadioError(LinkError):
 
 
 class XBeePort:
-    """A context manager: opened, it sends payloads and hands on what it receives.
+    """A serial port with an XBee module, which sends and receives payloads; a context manager.
 
     Args:
         port: Serial device, as /dev/ttyUSB0.
-        baud_rate: Of the module.
-        on_payload: Called with payload, 64-bit address of the sender and RSSI [dBm], in threads
-            of digi-xbee's.
+        baud_rate: Baud rate of the module.
+        on_payload: Called with payload, 64-bit address of the sender and RSSI [dBm], in a thread
+            of digi-xbee.
         on_status: Called with a frame id and whether the payload was delivered.
     """
 
@@ -78,12 +78,12 @@ class XBeePort:
         self._baud_rate = baud_rate
         self._on_payload, self._on_status = on_payload, on_status
         self._device: Raw802Device | None = None
-        # When each frame that is not confirmed was sent, by its id [s].
+        # Sending times of the unconfirmed frames, by id [s].
         self._unconfirmed: dict[int, float] = {}
         self._confirmed = -math.inf
 
     def __enter__(self) -> "XBeePort":
-        # It reports on stderr what is also raised, where nobody has set up logging.
+        # Without logging set up, digi-xbee would print on stderr what it also raises.
         logging.getLogger("digi").addHandler(logging.NullHandler())
         device = Raw802Device(self.port, self._baud_rate, _sync_ops_timeout=_PATIENCE)
         try:
@@ -96,7 +96,7 @@ class XBeePort:
                 f"no 802.15.4 XBee module in API mode answers at {self.port} with "
                 f"{self._baud_rate} baud: {_reason(error)}"
             ) from None
-        # Nobody waits long on a line that takes nothing.
+        # Do not wait long on a line that accepts nothing.
         if device.serial_port is not None:
             device.serial_port.write_timeout = _WRITE_TIMEOUT
         device.add_packet_received_callback(self._receive)
@@ -117,12 +117,12 @@ class XBeePort:
     ) -> int | None:
         """Hand a payload to the module, for one 64-bit address or for all; returns its frame id.
 
-        While four frames are not confirmed by the module nothing is sent that is not urgent, and
-        None is returned, as it is where the line did not take the frame in time.
+        While the module has not confirmed four frames, only urgent ones are sent. None is returned
+        if the frame was not sent, or the line did not accept it in time.
 
         Raises:
-            RadioError: The port is not open, its module has gone, or has taken no frame for half a
-                second.
+            RadioError: The port is not open, its module has gone, or has confirmed no frame for
+                half a second.
         """
         device = self._device
         if device is None:
@@ -136,7 +136,7 @@ class XBeePort:
         try:
             device.send_packet(TX64Packet(frame_id, to, 0, rf_data=payload))
         except SerialTimeoutException:
-            # Once, it may be this thread that was late; a line that is dead confirms nothing.
+            # No error yet: this thread may have been late. A dead line shows by confirming nothing.
             return None
         except (XBeeException, SerialException, OSError) as error:
             raise RadioError(f"the radio at {self.port} has gone: {_reason(error)}") from None
@@ -171,8 +171,8 @@ def _reason(error: Exception) -> str:
 
 
 BAUD_RATE = 57600
-# Between one try and the next [s]. A stop may lose several frames in a row and still be in time; an
-# arm is in no hurry.
+# Time between tries [s]: short for a stop, which must be in time even if several frames in a row
+# are lost; an arm is in no hurry.
 _RETRY = {Kind.STOP: 0.02, Kind.ARM: 0.08}
 
 
@@ -185,8 +185,8 @@ class RadioLink(RobotLink):
         port: Serial device of the module, as /dev/ttyUSB0.
         robots: Their numbers, in the order of the commands; 0 to 254.
         baud_rate: Of the module.
-        unicast: Send each robot a frame of its own, which the modules acknowledge and repeat, once
-            its address is known; else one frame goes to all and is not repeated.
+        unicast: Whether each robot gets a frame of its own, which the modules acknowledge and
+            repeat once its address is known; otherwise one unrepeated frame goes to all.
 
     Raises:
         InvalidInput: A robot's number is not one, or comes twice.
@@ -262,13 +262,13 @@ class RadioLink(RobotLink):
     def send(
         self, speeds: np.ndarray, turn_rates: np.ndarray, sequence: int, deadline: float
     ) -> None:
-        """See `RobotLink`; frames have numbers of their own, among which stops and arms count.
+        """See `RobotLink`; frames, stops and arms included, have their own sequence numbers.
 
         Args:
             speeds: Forward, shape (n,) [m/s].
             turn_rates: Shape (n,) [rad/s].
             sequence: Number of the command.
-            deadline: As of `RobotLink` [s]: robots are told the age of the poses.
+            deadline: As in `RobotLink` [s]; robots are told the age of the poses instead.
 
         Raises:
             RadioError: The module has gone.
@@ -300,7 +300,7 @@ class RadioLink(RobotLink):
     def telemetry(self) -> dict[int, RobotReport]:
         """The latest report of every robot that was heard.
 
-        What came later than round trips usually take counts as having come in time.
+        A report whose round trip took longer than usual is dated back by the excess.
         """
         with self._changed:
             return dict(self._latest)
@@ -328,7 +328,7 @@ class RadioLink(RobotLink):
             self._frames = (self._frames + 1) % MODULUS
             frame = make(session=self._session, sequence=self._frames)
             address = self._addresses.get(robot) if robot is not None else None
-            # A stop waits for nothing, nor does the next one for it.
+            # A stop is sent even while earlier frames are unconfirmed.
             frame_id = self._module.send(encode(frame), address, urgent=isinstance(frame, Stop))
             if frame_id is None:
                 return self._frames

@@ -1,7 +1,7 @@
-"""What a work station works out of what its robots report.
+"""Quantities that a work station derives from its robots' reports.
 
-That is, how their link does, how late their clocks make their reports, and what their encoders
-would count where they tell only where they are.
+These are the quality of the link, the delay of each report by the robot's clock, and encoder counts
+of robots that report only their poses.
 """
 
 import math
@@ -13,29 +13,29 @@ from statistics import median
 from ...systems.numerics.station.motion_checks import Chassis
 from .robot_link import LinkHealth
 
-# Counts of robots go round.
+# Robots' counts of messages wrap around.
 _MODULUS = 1 << 16
 
-# Robots' reports over which the quality of a link is taken, and round trips averaged.
+# Number of reports over which the quality of a link and its round-trip time are averaged.
 _WINDOW = 25
 # Frames whose times of sending are kept: half a minute at 30 a second.
 _KEPT = 1024
 # A link that has been silent for longer has no quality [s].
 _SILENCE = 1.0
-# What round trips differ by without a reason [s].
+# Normal variation of round trips, which does not count as delay [s].
 _JITTER = 0.01
 
 
 @dataclass(frozen=True)
 class Progress:
-    """What a robot says of the messages to it.
+    """What a robot reports about the messages sent to it.
 
     Attributes:
-        robot: Its number.
-        session: Of the last message that it took.
-        last_sequence: Its sequence number.
-        hold: Since it was taken [ms].
-        taken: How many it has taken, modulo 65536.
+        robot: Number of the robot.
+        session: Session of the last message that it took.
+        last_sequence: Sequence number of that message.
+        hold: Time since it took that message [ms].
+        taken: How many messages it has taken, modulo 65536.
     """
 
     robot: int
@@ -46,7 +46,7 @@ class Progress:
 
 
 class LinkRecord:
-    """Counts, for one link; its owner sees to it that calls do not overlap.
+    """Statistics of one link; not thread-safe, its owner must lock.
 
     Attributes:
         sent, acknowledged, retried, lost, received, refused, rssi: As in LinkHealth.
@@ -62,16 +62,16 @@ class LinkRecord:
         self._addressed = dict.fromkeys(robots, 0)
         self._sendings: dict[tuple[int, int], tuple[float, dict[int, int]]] = {}
         self._round_trips: deque[float] = deque(maxlen=_WINDOW)
-        # Of each robot's reports: when, frames sent up to the one it took last, frames taken.
+        # Of each robot's reports: time, frames sent up to the last one it took, frames taken.
         self._progress: dict[int, deque[tuple[float, int, int]]] = {
             robot: deque(maxlen=_WINDOW) for robot in robots
         }
 
     def note_sent(self, session: int, sequence: int, robot: int | None, time: float) -> None:
-        """A frame went to a robot, or to all.
+        """Take note of a frame that was sent to a robot, or to all.
 
         Args:
-            session, sequence: Of the frame.
+            session, sequence: Session and sequence number of the frame.
             robot: Its number; None: all.
             time: Now [s].
         """
@@ -83,15 +83,15 @@ class LinkRecord:
             del self._sendings[next(iter(self._sendings))]
 
     def note_progress(self, progress: Progress, time: float) -> float:
-        """A robot tells which frame it took last, and how many.
+        """Take note of which frame a robot took last, and how many it has taken.
 
         Args:
-            progress: What it tells.
+            progress: What it reports.
             time: Now [s].
 
         Returns:
-            How much longer this round trip took than they usually do [s]: a report that waited for
-            a busy machine is older than it seems.
+            How much longer than usual this round trip took [s]: a report that waited for a busy
+            machine is older than it seems.
         """
         sending = self._sendings.get((progress.session, progress.last_sequence))
         if sending is None or progress.robot not in self._progress:
@@ -103,7 +103,7 @@ class LinkRecord:
         return max(trip - median(self._round_trips) - _JITTER, 0.0)
 
     def health(self, now: float) -> LinkHealth:
-        """What is known at a time [s].
+        """Health of the link at a time [s].
 
         Args:
             now: The time [s].
@@ -122,7 +122,7 @@ class LinkRecord:
         )
 
     def _quality(self, robot: int, now: float) -> float:
-        """Frames taken over frames sent, from the oldest report that is kept to the newest."""
+        """Ratio of frames taken to frames sent, between the oldest and newest kept report."""
         progress = self._progress[robot]
         if len(progress) < 2 or now - progress[-1][0] > _SILENCE:
             return 0.0
@@ -131,36 +131,36 @@ class LinkRecord:
         return min(taken / sent, 1.0) if sent > 0 else 0.0
 
 
-# Over which the fastest report is sought, so that crystals may differ [s].
+# The fastest report of this window is the reference, so that clocks may drift [s].
 _CLOCK_WINDOW = 10.0
-# A clock that goes on by another time than ours by more than this was set [s].
+# A report that seems later than this means that a settable clock was set [s].
 _SET = 1.0
 
 
 class RobotClock:
-    """How late each report of a robot is.
+    """Estimates how late each report of a robot is.
 
-    The fastest report of the last seconds says by how much its clock is behind ours, and of the
-    others by how much they were late: on the air, or before a busy machine took them.
+    The fastest report of the last seconds gives the offset of the robot's clock from ours. Relative
+    to it the other reports were late: on the air, or waiting for a busy machine.
 
     Args:
-        settable: Whether the clock may be set, as that of a computer; a report that seems to be
-            more than a second late begins anew then.
+        settable: Whether the clock may be set, like a computer's; if so, a report that seems more
+            than a second late restarts the estimate.
     """
 
     def __init__(self, *, settable: bool = False) -> None:
         self._settable = settable
-        # When reports came, and their time on the way plus what the clock is behind [s]; without
-        # those that a later one was faster than, so that the first is the fastest.
+        # Arrival time of reports, and their delay plus clock offset [s]. A report is dropped when a
+        # later one is faster, so that the first is the fastest of the window.
         self._behind: deque[tuple[float, float]] = deque()
 
     @property
     def behind(self) -> float:
-        """What the clock is behind ours, and the way of the fastest report [s]."""
+        """How far the clock is behind ours, plus the delay of the fastest report [s]."""
         return self._behind[0][1]
 
     def late(self, came: float, stamp: float) -> float:
-        """By how much a report is later than the fastest [s].
+        """Take note of a report; returns its delay relative to the fastest one [s].
 
         Args:
             came: When it came, by time.monotonic [s].
@@ -178,15 +178,15 @@ class RobotClock:
         return came - stamp - self.behind
 
 
-# Wheels do not go further between two reports; a pose that jumps was started anew [m].
+# A wheel cannot go further between two reports; a larger step is a reset, and not counted [m].
 _FURTHEST = 0.5
 
 
 class OdometryCounts:
-    """Counts of two wheels, made of poses one after the other.
+    """Encoder counts of two wheels, computed from successive poses.
 
     Args:
-        chassis: The wheels.
+        chassis: Track width and counts per metre.
     """
 
     def __init__(self, chassis: Chassis) -> None:
@@ -198,15 +198,15 @@ class OdometryCounts:
         self._pose = None
 
     def after(self, x: float, y: float, heading: float) -> tuple[int, int]:
-        """Counts of the left and the right wheel when the robot has come to a pose.
+        """Return the counts of the left and the right wheel after the robot moved to a pose.
 
         Args:
-            x, y: Of it [m].
-            heading: Of it [rad].
+            x, y: Position [m].
+            heading: Heading [rad].
         """
         if self._pose is not None:
             last_x, last_y, last_heading = self._pose
-            # On the arc from one pose to the next, as `wheel_ways` has it for many.
+            # Along the arc from the last pose to this one, as in `wheel_ways`.
             turn = math.remainder(heading - last_heading, math.tau)
             middle = last_heading + 0.5 * turn
             ahead = (x - last_x) * math.cos(middle) + (y - last_y) * math.sin(middle)

@@ -1,4 +1,4 @@
-"""The link to the robots as a system: velocity commands in, what they report out."""
+"""The link to the robots as a system: velocity commands in, reports out."""
 
 import math
 import time
@@ -15,12 +15,12 @@ from .robot_link import RobotLink, RobotReport
 
 @dataclass(frozen=True)
 class RobotReports:
-    """What robots said last; what a robot that was not heard has not said is blank.
+    """Latest reports of robots; entries of a robot that was never heard are blank.
 
     Attributes:
-        infrared_ranges: Free ways before the sensors, shape (n, 4) [m]; blank is infinite.
+        infrared_ranges: Free distances before the sensors, shape (n, 4) [m]; blank is infinite.
         battery: Shape (n,) [V]; blank is 0.
-        age: Since each report came, shape (n,) [s]; blank is infinite.
+        age: Age of each report, shape (n,) [s]; blank is infinite.
         robot_state: Numbers of RobotState, shape (n,); blank is -1.
         robot_flags: Bits of RobotFlag, shape (n,); blank is 0.
         counts: Of the left and the right encoder, shape (n, 2); blank is 0.
@@ -37,12 +37,12 @@ class RobotReports:
 def robot_reports(
     newest: dict[int, RobotReport], robots: Sequence[int], now: float
 ) -> RobotReports:
-    """Reports of some robots, in their order, at a time by time.monotonic [s].
+    """Collect the reports of some robots, in the robots' order.
 
     Args:
-        newest: The newest of each robot.
+        newest: The newest report of each robot.
         robots: Their numbers.
-        now: The time [s].
+        now: The time by time.monotonic [s].
     """
     count = len(robots)
     reports = RobotReports(
@@ -66,12 +66,12 @@ def robot_reports(
 
 
 class RadioCommander(LeafSystem):
-    """Sends the commands of a team once a period, and tells what its robots have reported last.
+    """Sends the commands of a team periodically, and outputs the robots' latest reports.
 
     A robot whose command is not valid, or not finite, is told to stand still. Robots must have been
     armed (`RobotLink.arm`); they stand still by themselves when this system is no longer run. The
     outputs are sampled at the beginning of each period, so that a log of them is what controllers
-    saw; the commands go out in a publish event, a stated time later.
+    saw; the commands go out in a publish event, `offset` later.
 
     .. pydrake_system::
 
@@ -106,27 +106,27 @@ class RadioCommander(LeafSystem):
     counts             2 N   -           -      -
     =================  ====  ==========  =====  ===========
 
-    `valid`, all ones if not connected, counts above 0.5. `pose_age`, zero if not connected, is that
-    of the poses which the commands are made from; the greatest of robots that are to follow theirs
-    goes with the commands, and robots follow none older than 0.3 s. Robots for which `arm_again` is
-    above 0.5 are armed again, unless they were stopped over this link. Ranges come
+    `valid`, all ones if not connected, is true above 0.5. `pose_age`, zero if not connected, is the
+    age of the poses from which the commands are computed; the greatest among the robots with valid
+    commands is sent along, and robots follow no command of poses older than 0.3 s. Robots whose
+    `arm_again` is above 0.5 are armed again, unless they were stopped over this link. Ranges come
     robot by robot, from left to right, and are infinite before a robot's first report; `battery`
-    and `link_quality` are zero then and `age`, that of the report, infinite. `link_quality` is the
-    part of the frames that a robot has taken lately; `robot_state` is a number of RobotState, or
-    -1; `robot_flags` has bits of RobotFlag; `counts` are of the left and the right encoder.
+    and `link_quality` are zero then, and `age`, the age of the report, is infinite. `link_quality`
+    is the share of recent frames that a robot has taken; `robot_state` is a number of RobotState,
+    or -1; `robot_flags` has bits of RobotFlag; `counts` are of the left and the right encoder.
 
     Source: Zhang 2014, 2.2.8 and 2.3.4.
 
     Args:
-        link: Open while this system runs.
-        period: Between samples of the reports [s].
-        repeats: How often commands go out in a period; every 0.05 s lets two messages in a row be
-            lost before robots stop that do so after 0.17 s of silence.
-        offset: Of sending, after the outputs were sampled [s].
+        link: The link; it must be open while this system runs.
+        period: Time between samples of the reports [s].
+        repeats: How often commands are sent in a period. If they go out every 0.05 s, robots that
+            stop after 0.17 s of silence tolerate the loss of two messages in a row.
+        offset: Delay of sending after the outputs were sampled [s].
 
     Raises:
         InvalidInput: The period or the repeats are not positive, or the offset is negative.
-        LinkError: While running: the way to the robots has gone.
+        LinkError: While running: the link to the robots was lost.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class RadioCommander(LeafSystem):
         for name, state in zip(names, self._states, strict=True):
             self.DeclareStateOutputPort(name, state)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._sample)
-        # What was sampled stays for the whole period: whoever looks later sees the same.
+        # Sending is a publish event: it does not change the sampled outputs within a period.
         self.DeclarePeriodicPublishEvent(period / repeats, offset, self._send)
 
     def get_velocity_commands_input_port(self):
@@ -186,7 +186,7 @@ class RadioCommander(LeafSystem):
         ages = np.zeros(len(follow))
         if self._pose_age.HasValue(context):
             ages = read(self._pose_age, context)
-        # Without a known age nothing is to be followed.
+        # A command of unknown age must not be followed.
         follow = follow & np.isfinite(ages) & (ages >= 0)
         if self._arm_again.HasValue(context):
             again = read(self._arm_again, context) > 0.5

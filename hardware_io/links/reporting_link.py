@@ -1,6 +1,6 @@
-"""Links to robots whose reports say what they do, over an IP network or otherwise.
+"""Links to robots whose reports tell their state, over an IP network or otherwise.
 
-Stops and arms are repeated until they show in reports.
+Stops and arms are repeated until the reports show their effect.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from .robot_link import OLDEST_POSES, LinkError, LinkHealth, RobotLink, RobotRep
 
 
 class What(Enum):
-    """What a robot is told."""
+    """Kinds of orders to a robot."""
 
     HAIL = "to report"
     COMMAND = "to drive"
@@ -35,11 +35,11 @@ class Order:
     """A message to one robot.
 
     Attributes:
-        what: It is told.
-        sequence: Number; greater than those before. Robots of one command get the same.
-        deadline: When it may begin to do so at the latest, by time.monotonic [s].
-        speed: Forward [m/s].
-        turn_rate: Left positive [rad/s].
+        what: Kind of order.
+        sequence: Sequence number, rising; the same for all robots of one command.
+        deadline: Latest time at which the robot may begin to obey, by time.monotonic [s].
+        speed: Forward speed [m/s].
+        turn_rate: Turn rate, left positive [rad/s].
     """
 
     what: What
@@ -51,17 +51,17 @@ class Order:
 
 @dataclass
 class _Heard:
-    """Of one robot: its newest report, when that came [s], and the order that it answers."""
+    """Newest report of one robot, when it came [s], and the last order that it had taken."""
 
     report: RobotReport | None = None
     came: float = -math.inf
     answers: float = math.inf
 
 
-# Between one try and the next [s]. A stop may be lost several times in a row and still be in time;
+# Time between tries [s]: short for a stop, which must be in time even if several in a row are lost;
 # an arm is in no hurry.
 _RETRY = {What.STOP: 0.02, What.ARM: 0.08}
-# What a report shows of one that was taken.
+# States by which a report shows that a stop or an arm was taken.
 _SHOWN = {
     What.STOP: {RobotState.STOPPED, RobotState.DISARMED},
     What.ARM: {RobotState.IDLE, RobotState.DRIVING, RobotState.LOST},
@@ -69,15 +69,16 @@ _SHOWN = {
 
 
 class ReportingLink(RobotLink):
-    """What links have in common whose robots report their state.
+    """Base of links whose robots report their state.
 
-    A kind opens and closes its way to the robots, sends orders (`transmit`), and hands on what it
-    hears (`heard`, `heard_nothing_of_use`). Commands go out only while robots are armed; otherwise
+    A subclass opens and closes the connection, sends orders (`transmit`), and hands on reports
+    (`heard`, `heard_nothing_of_use`). Commands are sent only while robots are armed; otherwise
     robots are asked for reports.
 
     Args:
         robots: Their numbers, in the order of the commands.
-        session: Of this link, where robots are told; orders of one number differ by it.
+        session: Session of this link, for kinds that have one; it tells apart orders of the same
+            number.
     """
 
     def __init__(self, robots: Sequence[int], session: int = 0) -> None:
@@ -90,23 +91,23 @@ class ReportingLink(RobotLink):
 
     @abstractmethod
     def transmit(self, robot: int, order: Order) -> None:
-        """Send an order to a robot, at once; it may be lost on its way.
+        """Send an order to a robot without waiting; it may be lost on its way.
 
         Args:
             robot: Its number.
-            order: What it is told.
+            order: The order.
 
         Raises:
-            LinkError: The way to the robots has gone.
+            LinkError: The link to the robots was lost.
         """
 
     def heard(self, robot: int, report: RobotReport, progress: Progress | None = None) -> None:
-        """Take note of a report, which is newer than those before.
+        """Take note of a report, which must be newer than those before.
 
         Args:
-            robot: Its number; others than those of the link do not count.
-            report: What it says.
-            progress: Which orders it has taken, where it says so.
+            robot: Its number; a robot that is not of this link is ignored.
+            report: What it reports.
+            progress: Which orders it has taken, if it reports that.
         """
         with self._changed:
             known = self._heard.get(robot)
@@ -123,7 +124,7 @@ class ReportingLink(RobotLink):
             self.on_report()
 
     def heard_nothing_of_use(self) -> None:
-        """Take note of a message that was none, came twice, or was overtaken by newer ones."""
+        """Take note of a message that was invalid, came twice, or was overtaken by newer ones."""
         with self._changed:
             self._record.refused += 1
 
@@ -172,7 +173,7 @@ class ReportingLink(RobotLink):
             speeds: Shape (n,) [m/s].
             turn_rates: Shape (n,) [rad/s].
             sequence: Number of the command.
-            deadline: As of `RobotLink` [s].
+            deadline: As in `RobotLink` [s].
         """
         with self._changed:
             if not self._is_armed():
@@ -195,7 +196,7 @@ class ReportingLink(RobotLink):
             return self._record.health(time.monotonic())
 
     def _is_armed(self) -> bool:
-        """Whether robots were armed over this link, and not stopped since."""
+        """Whether the robots were armed over this link, and not stopped since."""
         return self._stops == self._stops_at_arming
 
     def _send_to(self, robot: int, what: What) -> int:
@@ -240,28 +241,28 @@ class ReportingLink(RobotLink):
 _LONGEST = 1500
 # How often the receiving thread looks whether the link was closed [s].
 _LOOK = 0.1
-# Of a network that is busy for a moment: the datagram is lost.
+# Errors of a network that is busy for a moment: the datagram is lost.
 _BUSY = {errno.EAGAIN, errno.ENOBUFS, errno.EINTR}
 
 
 class NoMessage(ValueError):
-    """A datagram that is none of a robot's, came twice, or was overtaken by a newer one."""
+    """A datagram is not from a robot, is invalid, came twice, or was overtaken by a newer one."""
 
 
 class DatagramLink(ReportingLink):
     """Orders and reports as datagrams (UDP), one socket for all robots.
 
-    A kind says what the bytes are (`encode`, `decode`). Datagrams from other addresses than the
-    robots' do not count. Nothing is encrypted and nobody's identity is proved: whoever is on the
-    network can stop the robots, or drive them.
+    A subclass defines the bytes (`encode`, `decode`). Datagrams from other addresses than the
+    robots' are refused. Nothing is encrypted or authenticated: anyone on the network can stop the
+    robots, or drive them.
 
     Args:
         robots: Their numbers, in the order of the commands.
         addresses: Of each robot, as "192.168.1.21:5005".
-        session: As of `ReportingLink`.
+        session: As in `ReportingLink`.
 
     Raises:
-        InvalidInput: Addresses are none, too few, or come twice.
+        InvalidInput: Addresses are malformed, repeated, or not one for each robot.
     """
 
     def __init__(self, robots: Sequence[int], addresses: Sequence[str], session: int = 0) -> None:
@@ -278,23 +279,23 @@ class DatagramLink(ReportingLink):
 
     @abstractmethod
     def encode(self, robot: int, order: Order) -> bytes:
-        """Bytes of an order; empty: there is nothing to send.
+        """Encode an order; empty if there is nothing to send.
 
         Args:
             robot: Number of the robot.
-            order: What it is told.
+            order: The order.
         """
 
     @abstractmethod
     def decode(self, robot: int, data: bytes) -> None:
-        """Read a datagram, and hand on what it says by `heard`.
+        """Decode a datagram, and pass its report to `heard`.
 
         Args:
             robot: Number of the robot that has sent it.
             data: The datagram.
 
         Raises:
-            NoMessage: It is none, came twice, or was overtaken.
+            NoMessage: It is invalid, came twice, or was overtaken.
         """
 
     def connect(self) -> None:
@@ -347,7 +348,7 @@ class DatagramLink(ReportingLink):
             try:
                 data, address = source.recvfrom(_LONGEST)
             except OSError:
-                # Nothing came, or word that a datagram did not arrive.
+                # Nothing came, or an ICMP error: an earlier datagram did not arrive.
                 continue
             robot = robots.get(address)
             try:

@@ -1,4 +1,4 @@
-"""The one interface behind which every kind of robots stands."""
+"""The common interface of the links to all kinds of robots."""
 
 import math
 import sys
@@ -15,16 +15,16 @@ import numpy as np
 
 from ...systems.numerics.errors import SightfieldError, require, require_non_negative
 
-# No robot has a number from here on: 255 means all of them, where frames have a byte for it.
+# Robots' numbers are below this: in frames with one byte for the number, 255 means all robots.
 EVERYONE = 255
-# How old the poses may be from which a command was computed when a robot begins to follow it [s].
+# Greatest age of the poses behind a command at which a robot may begin to follow it [s].
 OLDEST_POSES = 0.3
-# How long a thread of Python goes on when another wants to [s].
+# Python's thread switch interval inside `brisk_threads` [s].
 _TURN = 1e-4
 
 
 class LinkError(SightfieldError):
-    """The way to the robots cannot be opened, or has gone."""
+    """The link to the robots cannot be opened, or was lost."""
 
 
 class RobotState(IntEnum):
@@ -52,16 +52,16 @@ _NO_FLAGS = RobotFlag(0)
 
 @dataclass(frozen=True, kw_only=True)
 class RobotReport:
-    """What a robot says about itself.
+    """What a robot reports about itself.
 
     Attributes:
-        time: When it said it, by time.monotonic [s].
-        state: It is in.
-        flags: Of what is wrong.
-        counts: Of the left and the right encoder.
-        ranges: Free ways before the four infrared sensors, from left to right [m]; infinite where
-            it has none.
-        battery: [V]; 0 where it says nothing of it.
+        time: When it reported, by time.monotonic [s].
+        state: State of the robot.
+        flags: Flags of what is wrong.
+        counts: Counts of the left and the right encoder.
+        ranges: Free distances before the four infrared sensors, from left to right [m]; infinite
+            where it has none.
+        battery: Battery voltage [V]; 0 if not reported.
     """
 
     time: float
@@ -74,7 +74,7 @@ class RobotReport:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkHealth:
-    """How a link has been since it was opened.
+    """Statistics of a link since it was opened.
 
     Attributes:
         sent: Messages handed to the network or the module.
@@ -84,13 +84,13 @@ class LinkHealth:
         lost: Stops and arms that a robot never acknowledged in time, and messages to a single robot
             that its module did not acknowledge.
         received: Messages from robots.
-        refused: Messages that were none, came twice, or were overtaken by newer ones.
-        rssi: Of the last message [dBm], None before the first and where there is no radio to ask.
-        round_trip: Mean of the last ones, without the time a robot held the answer [s]; None before
-            the first, and where robots do not say what they answer.
-        quality: Part of what was sent to each robot lately that it has taken, 0 to 1, in the order
-            of the link's robots; 0 where none has been heard for a second, and where robots do not
-            say what they take.
+        refused: Messages that were invalid, came twice, or were overtaken by newer ones.
+        rssi: RSSI of the last message [dBm]; None before the first, and for links without RSSI.
+        round_trip: Mean of the last round trips, without the time a robot held the answer [s]; None
+            before the first, and if robots do not report which message they took.
+        quality: Share of the messages lately sent to each robot that it has taken, 0 to 1, in the
+            order of the link's robots; 0 for a robot not heard for a second, and if robots do not
+            report how many messages they took.
     """
 
     sent: int
@@ -116,8 +116,8 @@ class RobotLink(ABC):
 
     Attributes:
         robots: The same, as a tuple.
-        on_report: Called after each report, in whatever thread took it; for who cannot wait until
-            it looks for one. It must not wait itself.
+        on_report: Called after each report, in the thread that received it, for callers that cannot
+            poll. It must not block.
 
     Raises:
         InvalidInput: A robot's number is not one, or comes twice.
@@ -137,7 +137,7 @@ class RobotLink(ABC):
         try:
             self.stop(timeout=0.3)
         except LinkError:
-            # Not in the place of what went wrong before.
+            # Do not hide an earlier exception.
             if exception[0] is None:
                 raise
         finally:
@@ -145,15 +145,15 @@ class RobotLink(ABC):
 
     @abstractmethod
     def connect(self) -> None:
-        """Open the way to the robots; nothing moves.
+        """Open the link to the robots; nothing moves.
 
         Raises:
-            LinkError: There is none.
+            LinkError: It cannot be opened.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of it; robots that were not stopped stop by themselves."""
+        """Close the link; robots that were not stopped stop by themselves."""
 
     @abstractmethod
     def heartbeat(self) -> None:
@@ -197,11 +197,11 @@ class RobotLink(ABC):
             speeds: Forward, shape (n,) [m/s].
             turn_rates: Left positive, shape (n,) [rad/s].
             sequence: Number of the command; greater than those before.
-            deadline: When robots may begin to follow it at the latest, by time.monotonic [s]; it
-                may have passed, and then the command only tells that the work station is there.
+            deadline: Latest time at which robots may begin to follow it, by time.monotonic [s]. If
+                it has passed, the command only tells that the work station is there.
 
         Raises:
-            LinkError: The way to the robots has gone.
+            LinkError: The link to the robots was lost.
         """
 
     @abstractmethod
@@ -220,14 +220,14 @@ class RobotLink(ABC):
         Args:
             velocities: Shape (n, 2) [m/s], [rad/s].
             valid: Whether each is to be followed, shape (n,); the others get a speed of zero.
-            age: Of the poses they were computed from [s]; robots follow none older than 0.3 s.
+            age: Age of the poses they were computed from [s]; robots follow none older than 0.3 s.
 
         Returns:
             Number of the command.
 
         Raises:
             InvalidInput: Shapes do not fit, or a valid number is not finite.
-            LinkError: The way to the robots has gone.
+            LinkError: The link to the robots was lost.
         """
         velocities = self.checked_commands(velocities, valid)
         require_non_negative("age", age)
@@ -237,10 +237,10 @@ class RobotLink(ABC):
         return sequence
 
     def checked_commands(self, velocities: np.ndarray, valid: np.ndarray | None) -> np.ndarray:
-        """Commands with zeros where they are not to be followed, shape (n, 2).
+        """Check commands; returns them with zeros where they are not valid, shape (n, 2).
 
         Args:
-            velocities, valid: As of `send_commands`.
+            velocities, valid: As in `send_commands`.
 
         Raises:
             InvalidInput: Shapes do not fit, or a valid number is not finite.
@@ -263,9 +263,9 @@ class RobotLink(ABC):
 
 @contextmanager
 def brisk_threads() -> Iterator[None]:
-    """Threads that receive take turns with a busy one after a tenth of a millisecond.
+    """Let threads that receive interrupt a busy one after a tenth of a millisecond.
 
-    Python has them wait for 5 ms, and a report or a stop would.
+    By default Python lets them wait for 5 ms, which would delay a report or a stop.
     """
     before = sys.getswitchinterval()
     sys.setswitchinterval(_TURN)
@@ -276,7 +276,7 @@ def brisk_threads() -> Iterator[None]:
 
 
 def require_robots(robots: Sequence[int]) -> tuple[int, ...]:
-    """Numbers of a team's robots, as a tuple.
+    """Check the numbers of a team's robots, and return them as a tuple.
 
     Args:
         robots: 0 to 254, each once, one at least.

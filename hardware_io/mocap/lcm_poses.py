@@ -1,7 +1,7 @@
-"""Poses that come as LCM messages of the type `sightfield.poses_t`, in sightfield_poses.lcm.
+"""Poses from LCM messages of the type `sightfield.poses_t`, in sightfield_poses.lcm.
 
-They are read by hand, in the layout that lcm-gen gives the type: its fingerprint, then the fields
-in order, big-endian, a string as its length with the closing zero, its bytes and the zero.
+They are decoded here without lcm-gen, in its layout: the type's fingerprint, then the fields in
+order, big-endian; a string is its length with the closing zero, its bytes and the zero.
 """
 
 import contextlib
@@ -16,7 +16,7 @@ from pydrake.lcm import DrakeLcm
 from ...systems.numerics.errors import InvalidInput, require
 from .pose_receiver import NewestPoses, PoseReading
 
-# Of the type's names, sizes and order, as lcm-gen computes it: the base, turned left by a bit.
+# Hash of the type's names, sizes and order, as lcm-gen computes it: the base rotated left by a bit.
 _BASE = 0x8478D689F84F501B
 FINGERPRINT = struct.pack(">Q", ((_BASE << 1) & 0xFFFFFFFFFFFFFFFF) | (_BASE >> 63))
 
@@ -27,7 +27,7 @@ class PosesMessage:
 
     Attributes:
         utime: When the bodies were seen, by the sender's clock [us].
-        names: Of the bodies.
+        names: Names of the bodies.
         poses: x, y [m], heading [rad] of each.
         valid: Whether each is seen now.
     """
@@ -78,7 +78,7 @@ def decode(data: bytes) -> PosesMessage:
 def _decode(data: bytes) -> PosesMessage:
     utime, count = struct.unpack_from(">qi", data, 8)
     at = 20
-    # A body takes 30 bytes at least: no count beyond that is believed.
+    # A body takes at least 30 bytes: a larger count than fits is refused.
     require(0 <= 30 * count <= len(data), "message", "have room for its bodies", count)
     names = []
     for _ in range(count):
@@ -105,24 +105,24 @@ _PAUSE = 0.002
 class LcmPoses:
     """Bodies whose poses come as `sightfield.poses_t` on a channel.
 
-    Stamps are the moments at which messages came; the sender's clock may be another machine's.
-    A body that a message calls invalid counts for nothing, nor does a message that cannot be read,
-    or that repeats the time of the one before: its sender lives, but what it listens to does not.
+    Stamps are the times at which messages came, as the sender's clock may be another machine's.
+    Bodies marked invalid are ignored, and so is a message that cannot be read, or that repeats the
+    time of the one before: then the sender still runs, but gets no new poses itself.
 
     Args:
-        url: Of the LCM network, as "udpm://239.255.76.67:7667?ttl=0".
-        channel: On which they come.
+        url: Address of the LCM network, as "udpm://239.255.76.67:7667?ttl=0".
+        channel: Channel of the messages.
         bodies: Names of the robots, in the order of the rows.
-        lcm: Use this instead of the network at `url`.
+        lcm: LCM instance to use instead of the network at `url`.
 
     Raises:
-        InvalidInput: `url` is none of LCM, or a body has no name of its own.
+        InvalidInput: `url` is not an LCM address, or bodies' names are missing or not distinct.
     """
 
     def __init__(
         self, url: str, channel: str, bodies: Sequence[str], *, lcm: DrakeLcm | None = None
     ) -> None:
-        # LCM itself reports another on standard error alone, and goes on.
+        # LCM itself only reports a wrong address on standard error, and goes on.
         require(url.startswith(("udpm://", "memq://")), "mocap.url", "begin with udpm://", url)
         self._newest = NewestPoses(bodies)
         self._last_utime: int | None = None

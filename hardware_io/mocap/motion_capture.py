@@ -1,4 +1,4 @@
-"""Vicon, OptiTrack, Qualisys, by the `motioncapture` package in a process of its own."""
+"""Vicon, OptiTrack, Qualisys, by the `motioncapture` package in a separate process."""
 
 import contextlib
 import json
@@ -19,12 +19,12 @@ KINDS = ("vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "
 class MotionCapture:
     """Bodies that a motion capture system tracks.
 
-    A body that is hidden is not in a frame, so that it goes stale. Stamps are the moments at which
-    frames came; how long the system took before that is not known.
+    A hidden body is missing from frames, so that its pose goes stale. Stamps are the times at which
+    frames arrived; the system's own latency is not known.
 
     Args:
         kind: One of KINDS.
-        hostname: Of the machine that runs the tracking software.
+        hostname: Name of the machine that runs the tracking software.
         bodies: Names of the robots there, in the order of the rows.
         patience: How long to wait for the connection [s].
 
@@ -45,7 +45,7 @@ class MotionCapture:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            # Ctrl-C is for the controller, which goes by poses until its robots stand.
+            # Ctrl-C is for the controller, which needs poses until its robots stand.
             start_new_session=True,
         )
         self._started: queue.Queue[bool] = queue.Queue()

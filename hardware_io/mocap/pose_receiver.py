@@ -1,4 +1,4 @@
-"""Where robots are: the one interface of every motion capture, and its poses into a diagram."""
+"""Robots' poses: the interface common to all motion capture, and the input to a diagram."""
 
 import threading
 import time
@@ -17,7 +17,7 @@ from ...systems.numerics.station.channel import freshness
 
 @dataclass(frozen=True, eq=False)
 class PoseReading:
-    """The newest that is known.
+    """The newest known poses.
 
     Attributes:
         poses: x, y [m], heading [rad] of each body, shape (N, 3); zeros before it is seen.
@@ -33,7 +33,7 @@ class PoseSource(Protocol):
     """Something that knows where bodies are."""
 
     def read(self) -> PoseReading:
-        """The newest poses, at once; bodies that are not seen keep their last."""
+        """Return the newest poses without waiting; a body not seen now keeps its last pose."""
         ...
 
     def close(self) -> None:
@@ -60,7 +60,7 @@ class NewestPoses:
         self._lock = threading.Lock()
 
     def see(self, body: str, pose: Sequence[float], stamp: float) -> None:
-        """Take note of a body; other bodies, and poses that are no numbers, do not count.
+        """Store the pose of a body; unknown bodies, and poses that are not finite, are ignored.
 
         Args:
             body: Its name.
@@ -80,10 +80,10 @@ class NewestPoses:
 
 
 class PoseReceiver(LeafSystem):
-    """Samples a pose source at its ticks, and says which poses are still good.
+    """Samples a pose source periodically, and outputs which poses are still valid.
 
     A pose older than the limit is invalid; it stays where it was last seen, or at the start if it
-    never was. Ages are by the clock of the wall, and so are what the diagram's time cannot know.
+    never was. Ages are measured by `clock`, not by the diagram's time.
 
     .. pydrake_system::
 
@@ -104,15 +104,16 @@ class PoseReceiver(LeafSystem):
     stamp  N     s          -      -
     =====  ====  =========  =====  ===========
 
-    `stamp` is the time at which a pose was seen, by the source's clock, from the diagram's time at
-    the first tick on: ticks that come late do not change it. Minus infinity if never.
+    `stamp` is the time at which a pose was seen, minus infinity if never. It is the source's stamp
+    shifted by an offset to diagram time, fixed at the first tick, so that late ticks do not
+    change it.
 
     Source: the Vicon system of Zhang 2014, 2.2.8.
 
     Args:
         source: Where poses come from.
-        starts: Poses to go on with until a robot is seen, shape (N, 3).
-        period: Between ticks [s].
+        starts: Poses to output until a robot is first seen, shape (N, 3).
+        period: Time between samples [s].
         stale_after: Age up to which a pose is valid [s].
         clock: The clock of the source's stamps [s].
 
@@ -136,7 +137,7 @@ class PoseReceiver(LeafSystem):
         bodies = len(source.read().stamps)
         require(initial.shape == (bodies, 3), "starts", f"have shape ({bodies}, 3)", initial.shape)
         self._source, self._clock, self._limit = source, clock, float(stale_after)
-        # What the clock says at the diagram's time zero [s], from the first tick on.
+        # Reading of the clock at the diagram's time zero [s]; set at the first tick.
         self._zero: float | None = None
         self._poses = self.DeclareDiscreteState(state_vector(initial.ravel()))
         self._valid = self.DeclareDiscreteState(state_vector(np.zeros(bodies)))

@@ -17,21 +17,22 @@ _KINDS: dict[str, type] = {"PoseStamped": PoseStamped, "Odometry": Odometry, "tf
 class RosPoses:
     """Bodies whose poses come as PoseStamped or Odometry, a topic for each, or as tf.
 
-    Stamps are the moments at which messages came; the sender's clock may be another machine's. A
-    pose counts for nothing if it is in another frame, is not newer by its header than the one
-    before, or is no number: its sender lives, but what it listens to does not. Transforms of tf are
-    not joined: those count that lead from the frame to a body.
+    Stamps are the times at which messages came, as the sender's clock may be another machine's. A
+    pose is ignored if it is in another frame, not finite, or not newer by its header than the one
+    before: then the sender still runs, but gets no new poses itself. Transforms of tf are not
+    chained: only those directly from `frame` to a body count.
 
     Args:
-        bodies: Names of the robots, in the order of the rows; of tf those of their frames.
+        bodies: Names of the robots, in the order of the rows; for tf, of their frames.
         message: PoseStamped, Odometry or tf.
-        topic: Its name, with {body} for a body's; empty: "{body}/pose", "{body}/odom" or "tf".
-        frame: In which poses are to be.
-        domain: Number (ROS_DOMAIN_ID), 0 to 232.
+        topic: Name of the topic, with {body} in place of the body's name; empty: "{body}/pose",
+            "{body}/odom" or "tf".
+        frame: Frame in which poses must be given.
+        domain: Number of the domain (ROS_DOMAIN_ID), 0 to 232.
 
     Raises:
-        InvalidInput: A body has no name of its own, the message is another, a topic lacks {body},
-            or the domain is none.
+        InvalidInput: Bodies' names are missing or not distinct, the message is another, a topic
+            lacks {body}, or the domain is out of range.
         LinkError: There is no network for the domain.
     """
 

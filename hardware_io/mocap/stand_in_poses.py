@@ -1,4 +1,4 @@
-"""Poses without cameras: of an emulated laboratory, out of a recording, and wrong on demand."""
+"""Poses without cameras: from an emulated laboratory, from a recording, and with faults."""
 
 import time
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from ...systems.numerics.errors import require
 from ..recording.run_log import RunLog
 from .pose_receiver import PoseReading, PoseSource
 
-# A laboratory that is behind the wall clock by more is given time to catch up, so long at most [s].
+# A laboratory that lags the wall clock by more than this is waited for, and how long at most [s].
 _BEHIND, _PATIENCE = 0.02, 0.1
 
 
@@ -40,12 +40,12 @@ class Laboratory(Protocol):
 class EmulatedPoses:
     """A camera system over an emulated laboratory, with a rate of its own.
 
-    A pose has the stamp of the moment at which the robot was there. Real robots do not wait for a
-    busy machine: a laboratory that is behind is waited for, some ticks at most.
+    A pose is stamped with the time at which the robot was there. Real robots do not lag on a busy
+    machine; so a laboratory that lags is waited for, up to a limit.
 
     Args:
-        laboratory: Which.
-        rate: Frames a second at most [1/s].
+        laboratory: Laboratory whose robots are seen.
+        rate: Greatest frame rate [1/s].
     """
 
     def __init__(self, laboratory: Laboratory, *, rate: float = 100.0) -> None:
@@ -63,7 +63,7 @@ class EmulatedPoses:
             time.sleep(0.001)
 
     def freeze(self) -> None:
-        """Send no more frames, as a system does whose cable is pulled."""
+        """Send no more frames, like a system whose cable is pulled."""
         self._frozen = True
 
     def thaw(self) -> None:
@@ -90,9 +90,9 @@ class RecordedPoses:
     """The poses of a log, as if they came now; after its end they grow old.
 
     Args:
-        log: With poses and ages of the robots.
+        log: Log with poses and ages of the robots.
         teams: Prefixes of its ports, in the order of the rows.
-        clock: By which it is played, from this moment on [s].
+        clock: Clock that times the replay, starting now [s].
 
     Raises:
         InvalidInput: The log has no poses of these teams.
@@ -134,7 +134,7 @@ class FaultyPoses:
     """Poses of another source, as they are or with a fault.
 
     Args:
-        source: That is right.
+        source: Source of the true poses.
     """
 
     def __init__(self, source: PoseSource) -> None:
@@ -142,15 +142,15 @@ class FaultyPoses:
         self._fault: PoseFault | None = None
 
     def spoil(self, fault: PoseFault) -> None:
-        """Let every reading from now on pass through a fault.
+        """Apply a fault to every reading from now on.
 
         Args:
-            fault: Makes a wrong reading of a right one.
+            fault: Maps a right reading to a wrong one.
         """
         self._fault = fault
 
     def mend(self) -> None:
-        """Tell the truth again."""
+        """Remove the fault."""
         self._fault = None
 
     def read(self) -> PoseReading:
@@ -164,7 +164,7 @@ class FaultyPoses:
 
 
 def swapped(first: int, second: int) -> PoseFault:
-    """Two bodies with one another's names.
+    """Fault by which two bodies are confused with each other.
 
     Args:
         first, second: Their rows.
@@ -179,7 +179,7 @@ def swapped(first: int, second: int) -> PoseFault:
 
 
 def displaced(body: int, offset: tuple[float, float, float]) -> PoseFault:
-    """A body that is seen elsewhere, or turned.
+    """Fault by which a body is seen displaced or turned.
 
     Args:
         body: Its row.
@@ -195,7 +195,7 @@ def displaced(body: int, offset: tuple[float, float, float]) -> PoseFault:
 
 
 def stuck(body: int, pose: np.ndarray) -> PoseFault:
-    """A body that is seen in time, always at one pose.
+    """Fault by which a body is always seen at one pose, with fresh stamps.
 
     Args:
         body: Its row.
@@ -211,7 +211,7 @@ def stuck(body: int, pose: np.ndarray) -> PoseFault:
 
 
 def frozen(last: PoseReading) -> PoseFault:
-    """No frames any more.
+    """Fault by which no new frames come.
 
     Args:
         last: The reading before.

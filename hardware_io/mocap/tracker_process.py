@@ -1,7 +1,7 @@
-"""A process that listens to a motion capture system and writes what it sees, a line a frame.
+"""A process that listens to a motion capture system and writes one line for each frame.
 
-The `motioncapture` package holds Python's lock while it waits for a connection or a frame, and
-waits for ever: in the controller's own process it would stand still with it.
+The `motioncapture` package holds Python's interpreter lock while it waits for a connection or a
+frame, without a time-out: in the controller's own process it would block the controller.
 
 Run as `python -m sightfield.hardware_io.mocap.tracker_process KIND HOSTNAME`; each line is JSON,
 "connected" after the first frame, then the time by `time.monotonic()`, which is the same for all
@@ -25,11 +25,11 @@ def heading_of(x: float, y: float, z: float, w: float) -> float:
 
 
 def frame_line(stamp: float, bodies: dict[str, Any]) -> str:
-    """One frame, from the package's rigid bodies: position [m] and rotation, z up.
+    """Encode a frame from the package's rigid bodies: position [m] and rotation, z up.
 
     Args:
-        stamp: When [s].
-        bodies: By their names.
+        stamp: Time of the frame [s].
+        bodies: Rigid bodies by name.
     """
     seen = {
         name: [
@@ -48,7 +48,7 @@ def main() -> None:
 
     kind, hostname = sys.argv[1:3]
     system = motioncapture.connect(kind, {"hostname": hostname})
-    # Of some kinds the package returns a system that nobody has answered: a frame is the proof.
+    # For some kinds `connect` succeeds without any answer: only a frame proves the connection.
     system.waitForNextFrame()
     sys.stdout.write(json.dumps("connected") + "\n")
     sys.stdout.flush()
@@ -57,7 +57,7 @@ def main() -> None:
         sys.stdout.write(frame_line(time.monotonic(), system.rigidBodies) + "\n")
         sys.stdout.flush()
         if kind == "mock":
-            # The package's own stand-in has no rate.
+            # The package's own stand-in does not limit its frame rate.
             time.sleep(0.01)
 
 
@@ -67,5 +67,5 @@ if __name__ == "__main__":
     except BrokenPipeError:
         pass
     except Exception as error:
-        # Its reader makes one line of it.
+        # `MotionCapture` reads it from standard error, and joins it to one line.
         sys.exit(str(error))

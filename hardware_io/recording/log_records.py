@@ -1,4 +1,4 @@
-"""A log that is written while the run goes on, and is whole up to the moment of a crash.
+"""A log that is written while the run goes on, and is intact up to the moment of a crash.
 
 A record is its header, `HEADER`, and as many bytes as that says:
 
@@ -11,11 +11,11 @@ bytes  type     what
 9-16   float64  time in the diagram [s]
 ====== ======== ====================================================
 
-All little-endian. The body of kind 0, which is first and stands there twice, is JSON; of kind 1
-the samples of all ports in the order that it names, float64; of kind 2 the number of the port,
-uint16, and a PNG picture; of kind 3 nothing; of kind 4 what the diagram keeps from tick to tick,
-in the order that the JSON names, float64. Where a record is damaged, reading goes on at the next
-one that is whole.
+All little-endian. Kind 0 comes first, twice, and its body is JSON. The body of kind 1 is the
+samples of all ports in the order named in the JSON, float64; of kind 2 the number of the port,
+uint16, and a PNG picture; of kind 3 nothing; of kind 4 the diagram's state, kept from tick to tick,
+in the order named in the JSON, float64. After a damaged record, reading goes on at the next intact
+one.
 """
 
 import json
@@ -35,9 +35,9 @@ from ...systems.numerics.errors import InvalidInput
 MAGIC = b"sightfield run log, version 1\n"
 HEADER = struct.Struct("<IIBd")
 ABOUT, SAMPLES, PICTURE, END, MEMORY = range(5)
-# No record is longer: a length beyond is damage.
+# Greatest length of a body; a larger one means damage [bytes].
 LONGEST = 1 << 26
-# How many bytes are looked through at a time for the next whole record.
+# Number of bytes searched at a time for the next intact record.
 _STRETCH = 1 << 20
 
 
@@ -46,8 +46,8 @@ class Record(NamedTuple):
 
     Attributes:
         kind: ABOUT, SAMPLES, PICTURE, END or MEMORY.
-        time: In the diagram [s].
-        body: As the kind says.
+        time: Time in the diagram [s].
+        body: Content, according to the kind.
         start: Where it starts in the data.
         end: Where it ends.
     """
@@ -66,7 +66,7 @@ def pack(kind: int, time: float, body: bytes) -> bytes:
 
 
 def records(data: bytes) -> Iterator[Record]:
-    """The whole records of a log from the first that says what it is about; none if it is no log.
+    """Yield the intact records of a log, from the first of kind ABOUT on; none if it is no log.
 
     Args:
         data: The log's bytes.
@@ -85,12 +85,12 @@ def records(data: bytes) -> Iterator[Record]:
 
 
 def lost_records(data: bytes, found: list[Record], sizes: Mapping[int, int]) -> tuple[int, int]:
-    """How many records are damaged, at least, and how many bytes at the end were never finished.
+    """Least number of damaged records, and number of bytes of an unfinished record at the end.
 
     Args:
         data: The log's bytes.
-        found: Its records.
-        sizes: Of bodies, by kind, where all of a kind are as long.
+        found: Its intact records.
+        sizes: Sizes of bodies, for kinds whose bodies are all of one size.
     """
     lost, at = 0, 0 if found[0].start < len(MAGIC) or not data.startswith(MAGIC) else len(MAGIC)
     for record in found:
@@ -102,7 +102,7 @@ def lost_records(data: bytes, found: list[Record], sizes: Mapping[int, int]) -> 
 
 
 def _record_at(data: bytes, at: int) -> Record | None:
-    """The record that starts there, if one does and is whole."""
+    """The intact record that starts at this place; None if there is none."""
     if at + HEADER.size > len(data):
         return None
     length, checksum, kind, time = HEADER.unpack_from(data, at)
@@ -115,7 +115,7 @@ def _record_at(data: bytes, at: int) -> Record | None:
 
 
 def _next_record(data: bytes, at: int, begun: bool) -> Record | None:
-    """The first whole record that starts there or later."""
+    """The first intact record that starts at this place or later."""
     for start in _headers(data, at, begun):
         record = _record_at(data, start)
         if record is not None:
@@ -124,7 +124,7 @@ def _next_record(data: bytes, at: int, begun: bool) -> Record | None:
 
 
 def _headers(data: bytes, at: int, begun: bool) -> Iterator[int]:
-    """Where headers may start: the kind is one, and the length fits it."""
+    """Places where a header may start: its kind is valid, and its length fits the kind."""
     last = len(data) - HEADER.size
     while at <= last:
         count = min(_STRETCH, last + 1 - at)
@@ -145,7 +145,7 @@ def _headers(data: bytes, at: int, begun: bool) -> Iterator[int]:
 
 
 def _records_within(data: bytes, start: int, end: int) -> int:
-    """How many records a damaged stretch held: as its headers say if they fit, or else one."""
+    """Number of records in a damaged stretch, by their headers if those are consistent, or one."""
     count, at = 0, start
     while at + HEADER.size <= end:
         length = HEADER.unpack_from(data, at)[0]
@@ -155,7 +155,7 @@ def _records_within(data: bytes, start: int, end: int) -> int:
 
 
 def _is_cut_off(data: bytes, at: int, sizes: Mapping[int, int]) -> bool:
-    """Whether the log ends within a record that starts there and is not damaged otherwise."""
+    """Whether the log ends within a record that starts here and seems otherwise undamaged."""
     if at + HEADER.size > len(data):
         return at < len(data)
     length, _, kind, _ = HEADER.unpack_from(data, at)
@@ -163,7 +163,7 @@ def _is_cut_off(data: bytes, at: int, sizes: Mapping[int, int]) -> bool:
     return fits and length <= LONGEST and at + HEADER.size + length > len(data)
 
 
-# What the disk may lose when the machine itself fails [s].
+# Interval of syncs to disk: what a failure of the machine itself may lose [s].
 _SYNC_PERIOD = 1.0
 
 
@@ -171,11 +171,11 @@ class RunWriter(RunRecord):
     """Writes a log, each record at once: a crash of the program loses none of them.
 
     Args:
-        path: Of the log; must not exist.
+        path: Path of the log; must not exist.
         ports: Sizes of the ports by name, in the order of the samples.
         pictures: Names of the ports of pictures.
-        memory: Sizes of what the diagram keeps from tick to tick, by the names of its systems.
-        about: What else is to be known, ready for JSON.
+        memory: Sizes of the diagram's states, kept from tick to tick, by the names of its systems.
+        about: Further information on the run, ready for JSON.
 
     Raises:
         InvalidInput: The file exists, or cannot be written.
@@ -203,7 +203,7 @@ class RunWriter(RunRecord):
             "memory": dict(memory or {}),
             "about": about or {},
         }
-        # Twice: without it the samples are mere numbers.
+        # Twice: without the header the samples could not be interpreted.
         self._write(MAGIC + 2 * pack(ABOUT, 0.0, json.dumps(header).encode()))
 
     def samples(self, time: float, values: np.ndarray) -> None:
@@ -228,7 +228,7 @@ class RunWriter(RunRecord):
         self._write(pack(PICTURE, time, number + png))
 
     def memory(self, time: float, values: np.ndarray) -> None:
-        """Write what the diagram keeps after a tick: a replay goes on from it after damage.
+        """Write the diagram's state after a tick, from which a replay can resume after damage.
 
         Args:
             time: [s].
@@ -251,7 +251,7 @@ class RunWriter(RunRecord):
     def _write(self, data: bytes) -> None:
         view = memoryview(data)
         try:
-            # A file without a buffer may take a part.
+            # An unbuffered file may write only a part at a time.
             while view:
                 view = view[self._file.write(view) :]
             if time.monotonic() - self._synced > _SYNC_PERIOD:

@@ -1,4 +1,4 @@
-"""A run written down as MCAP: our samples to the last bit, and beside them what other tools show.
+"""A run recorded as MCAP: our samples, bit-exact, and standard messages for other tools.
 
 The file has the profile `ros2`. Its first channels are ours, in this order:
 
@@ -11,9 +11,9 @@ channel topic            message
 4, ...  one a picture    sensor_msgs/CompressedImage: PNG; after them what other tools see
 ======= ================ ================================================================
 
-Types of channels 2 and 3 stand in the file, with a field for each port. A chunk holds a second of
-the run; the first two hold what it is about, each once. Where a chunk is damaged, reading goes on
-at the next one that is whole: chunks are found by their own bytes, not by the index or by lengths.
+The file defines the types of channels 2 and 3, with a field for each port. A chunk holds a second
+of the run; each of the first two holds a copy of /about. After a damaged chunk, reading goes on at
+the next intact one: chunks are found by their own bytes, not by the index or by lengths.
 """
 
 import json
@@ -36,23 +36,23 @@ _TOPICS = {_ABOUT: "/about", _SAMPLES: "/log/samples", _MEMORY: "/log/memory"}
 # Opcodes of MCAP, and the head of a record.
 _FOOTER, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _DATA_END, _LAST_OPCODE = 2, 5, 6, 7, 15, 15
 _HEAD = struct.Struct("<BQ")
-# Of a chunk: first and last time, size and checksum of what is in it, and how it is compressed.
+# Head of a chunk: first and last time, size and checksum of its content; then its compression.
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _ZSTD = struct.pack("<I", 4) + b"zstd"
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
-# Of the whole footer, and of the record that ends the data.
+# Sizes of the whole footer, and of the record that ends the data.
 _FOOTER_SIZE, _DATA_END_SIZE = 29, 13
 
 
 class Beside(Protocol):
-    """What is written beside the samples, for other tools."""
+    """Writes messages for other tools, in addition to the samples."""
 
     def begin(self, bag: RosBag) -> None:
         """Write what holds for the whole run."""
         ...
 
     def tick(self, bag: RosBag, time: float, samples: Mapping[str, np.ndarray]) -> None:
-        """Write what the samples of all ports at a time [s] mean, each of shape (size,)."""
+        """Write messages made from the samples of all ports at a time [s], each shape (size,)."""
         ...
 
 
@@ -60,12 +60,12 @@ class McapRunWriter(RunRecord):
     """Writes a log as MCAP: a crash of the program loses the last second of the run at most.
 
     Args:
-        path: Of the log; must not exist.
+        path: Path of the log; must not exist.
         ports: Sizes of the ports by name, in the order of the samples.
         pictures: Names of the ports of pictures.
-        memory: Sizes of what the diagram keeps from tick to tick, by the names of its systems.
-        about: What else is to be known, ready for JSON.
-        beside: What other tools are to see.
+        memory: Sizes of the diagram's states, kept from tick to tick, by the names of its systems.
+        about: Further information on the run, ready for JSON.
+        beside: Writes messages for other tools.
 
     Raises:
         InvalidInput: The file exists or cannot be written, or the extra is not installed.
@@ -97,7 +97,7 @@ class McapRunWriter(RunRecord):
         bag.declare(_TOPICS[_MEMORY], "sightfield/msg/Memory", _definition(memory or {}))
         for name in self.pictures:
             bag.declare(_topic(name), "sensor_msgs/msg/CompressedImage")
-        # Twice, in a chunk each: without it the samples are mere numbers.
+        # Twice, in a chunk each: without the header the samples could not be interpreted.
         for _ in range(2):
             bag.about(json.dumps(header))
             bag.flush()
@@ -127,7 +127,7 @@ class McapRunWriter(RunRecord):
         self._bag.picture(_topic(port), time, port.partition(".")[0], png)
 
     def memory(self, time: float, values: np.ndarray) -> None:
-        """Write what the diagram keeps after a tick: a replay goes on from it after damage.
+        """Write the diagram's state after a tick, from which a replay can resume after damage.
 
         Args:
             time: [s].
@@ -150,7 +150,7 @@ class McapRunWriter(RunRecord):
 
 
 def is_mcap(data: bytes) -> bool:
-    """Whether a log is of this kind; its first bytes may be damaged.
+    """Whether a log is an MCAP file, even if its first bytes are damaged.
 
     Args:
         data: The log's bytes.
@@ -162,10 +162,10 @@ class FoundRecords(NamedTuple):
     """What an MCAP log holds.
 
     Attributes:
-        records: Those of the chunks that are whole, as of `log_format`.
+        records: Records of the intact chunks, as in `log_records`.
         complete: Whether the writer closed it.
-        damaged: Chunks that are damaged, and 1 if nothing but an index is.
-        unread: Bytes at the end that were never finished.
+        damaged: Number of damaged chunks; 1 if only an index is damaged.
+        unread: Bytes of an unfinished record at the end.
     """
 
     records: list[Record]
@@ -175,7 +175,7 @@ class FoundRecords(NamedTuple):
 
 
 def read_mcap_records(data: bytes) -> FoundRecords:
-    """Everything of an MCAP log that is whole.
+    """Read all intact chunks of an MCAP log.
 
     Args:
         data: The log's bytes.
@@ -186,17 +186,17 @@ def read_mcap_records(data: bytes) -> FoundRecords:
     require_mcap()
     found: list[Record] = []
     damaged, at, pictures = 0, len(MAGIC), 0
-    # One after the other: unpacked they are several times as large as the file.
+    # One chunk at a time: unpacked they are several times as large as the file.
     for number, chunk in enumerate(_chunks(data)):
         lost, at_end = _lost_within(data, at, chunk.start, header=number == 0)
-        # What a length that is wrong hides is one chunk.
+        # A wrong length makes the gap uncountable: it counts as one chunk at least.
         damaged += max(lost, 0 if at_end else 1)
         at = chunk.end
         for record in _records_in(chunk, pictures):
             if record.kind == ABOUT:
                 pictures = _number_of_pictures(record.body)
             found.append(record)
-    # A picture is written with the samples of its tick; MCAP's own times are whole nanoseconds.
+    # MCAP's times are whole nanoseconds: give each picture the exact time of its tick's samples.
     exact = {nanoseconds(each.time): each.time for each in found if each.kind == SAMPLES}
     found = [
         each._replace(time=exact.get(nanoseconds(each.time), each.time))
@@ -213,7 +213,7 @@ def read_mcap_records(data: bytes) -> FoundRecords:
 
 
 class _WholeChunk(NamedTuple):
-    """A chunk whose checksum is right: what is in it, and where it stands."""
+    """A chunk whose checksum is right: its content, and its place in the file."""
 
     body: bytes
     start: int
@@ -221,7 +221,7 @@ class _WholeChunk(NamedTuple):
 
 
 def _chunks(data: bytes) -> Iterator[_WholeChunk]:
-    """The chunks that are whole, in order."""
+    """Yield the intact chunks in order."""
     at, ahead = 0, _HEAD.size + _CHUNK_HEAD.size
     while (where := data.find(_ZSTD, at)) >= 0:
         chunk = _chunk_at(data, where - ahead) if where - ahead >= at else None
@@ -243,7 +243,7 @@ def _chunk_at(data: bytes, start: int) -> _WholeChunk | None:
     if at + 8 + packed != end:
         return None
     try:
-        # Of a frame that claims to be larger nothing is unpacked.
+        # Do not unpack a frame that claims another size.
         if zstandard.frame_content_size(data[at + 8 : end]) != size:
             return None
         body = zstandard.ZstdDecompressor().decompress(data[at + 8 : end], max_output_size=size)
@@ -254,7 +254,7 @@ def _chunk_at(data: bytes, start: int) -> _WholeChunk | None:
 
 
 def _number_of_pictures(header: bytes) -> int:
-    """How many ports of pictures a log has, by what it says of itself; 0 if that is nonsense."""
+    """Number of picture ports by a log's header; 0 if the header is invalid."""
     try:
         return len(json.loads(header)["pictures"])
     except (ValueError, KeyError, TypeError, RecursionError):
@@ -262,7 +262,7 @@ def _number_of_pictures(header: bytes) -> int:
 
 
 def _records_in(chunk: _WholeChunk, pictures: int) -> Iterator[Record]:
-    """What a chunk holds of ours, with so many ports of pictures."""
+    """Yield our records in a chunk, for a log with this number of picture ports."""
     body, at = chunk.body, 0
     while at + _HEAD.size <= len(body):
         opcode, length = _HEAD.unpack_from(body, at)
@@ -283,7 +283,7 @@ def _records_in(chunk: _WholeChunk, pictures: int) -> Iterator[Record]:
 
 
 def _png(message: bytes) -> bytes:
-    """The picture in a CompressedImage: after a header's stamp and two strings, each aligned."""
+    """PNG in a CompressedImage message, after the header's stamp and two aligned strings."""
     at = len(CDR) + 8
     for _ in range(2):
         at += 4 + int.from_bytes(message[at : at + 4], "little")
@@ -293,7 +293,7 @@ def _png(message: bytes) -> bytes:
 
 
 def _lost_within(data: bytes, at: int, end: int, *, header: bool = False) -> tuple[int, bool]:
-    """Chunks between others that are whole, and whether the records there end where they should."""
+    """Number of chunks in a gap between intact ones, and whether the records end with the gap."""
     lost = 0
     while at + _HEAD.size <= end:
         opcode, length = _HEAD.unpack_from(data, at)
@@ -305,7 +305,7 @@ def _lost_within(data: bytes, at: int, end: int, *, header: bool = False) -> tup
 
 
 def _cut_off(data: bytes, at: int) -> tuple[int, int]:
-    """Damaged chunks after the last whole one, and bytes of a record that was never finished."""
+    """Number of damaged chunks after the last intact one, and bytes of an unfinished record."""
     lost = 0
     while at + _HEAD.size <= len(data):
         opcode, length = _HEAD.unpack_from(data, at)
@@ -319,7 +319,7 @@ def _cut_off(data: bytes, at: int) -> tuple[int, int]:
 
 
 def _footer_at(data: bytes, at: int) -> bool:
-    """Whether the file's footer stands there, whatever comes after it."""
+    """Whether a valid footer is at this place, whatever comes after it."""
     if at < 0 or _HEAD.unpack_from(data, at) != (_FOOTER, 20):
         return False
     summary, _, checksum = struct.unpack_from("<QQI", data, at + _HEAD.size)
@@ -327,7 +327,7 @@ def _footer_at(data: bytes, at: int) -> bool:
 
 
 def _sums_agree(data: bytes) -> bool:
-    """Whether every byte of a file that was closed is as it was written."""
+    """Whether footer and data checksum of a closed file are right."""
     footer = len(data) - _FOOTER_SIZE - len(MAGIC)
     if not (data.endswith(MAGIC) and _footer_at(data, footer)):
         return False
@@ -342,7 +342,7 @@ def _topic(port: str) -> str:
 
 
 def _definition(sizes: Mapping[str, int]) -> str:
-    """A ROS type of the time and arrays of float64, whose CDR is those numbers in order."""
+    """Definition of a ROS type with the time and float64 arrays: its CDR is the bare numbers."""
     taken = {"time": "float64 time"}
     for name, size in sizes.items():
         plain = re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")

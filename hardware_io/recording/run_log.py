@@ -31,8 +31,8 @@ from .mcap_log import McapRunWriter, is_mcap, read_mcap_records
 class PortRecorder(LeafSystem):
     """Writes a sample of every port at each tick, and a picture whenever it has changed.
 
-    There is an input port for each port of the writer, with `_` for the dots in its name; the
-    ports of a recorder of `pursuer.poses` (3 N) and of the picture `omni_camera.image` are shown.
+    There is an input port for each port of the writer, with `_` for the dots in its name. The
+    ports below are those of a recorder of `pursuer.poses` (3 N) and `omni_camera.image`.
 
     .. pydrake_system::
 
@@ -52,9 +52,9 @@ class PortRecorder(LeafSystem):
     Source: ours.
 
     Args:
-        writer: Of the log.
-        period: Between ticks [s].
-        offset: How long after a tick it looks, when all else has sampled [s].
+        writer: Writer of the log.
+        period: Time between ticks [s].
+        offset: Delay after a tick, until all other systems have sampled [s].
 
     Raises:
         InvalidInput: The period is not positive, or the offset negative.
@@ -74,7 +74,7 @@ class PortRecorder(LeafSystem):
             (name, self.DeclareAbstractInputPort(port_name(name), blank))
             for name in writer.pictures
         ]
-        # Only to write no picture twice: the log is the state.
+        # Last written pictures; not a declared state, as it only avoids writing one twice.
         self._written: dict[str, np.ndarray] = {}
         self.DeclarePeriodicPublishEvent(period, offset, self._record)
 
@@ -100,24 +100,24 @@ def port_name(name: str) -> str:
     return name.replace(".", "_")
 
 
-# No gap is said to be longer [ticks].
+# Longer gaps are reported as this [ticks].
 _MOST_TICKS = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class RunLog:
-    """What was recorded.
+    """A recorded run.
 
     Attributes:
-        about: What the writer said beside.
-        times: Of the samples in the diagram, rising, shape (T,) [s].
-        samples: Of each port by name, shape (T, size).
-        pictures: Of each port of pictures: time [s] and picture, as PNG, when it changed.
-        complete: Whether the writer closed it; a run that crashed did not.
-        unread: Bytes at the end of a record that was never finished.
-        lost: Records that are damaged, chunks in MCAP, or ticks between others that are not there.
-        memory: What the diagram kept after ticks: time [s] and state of each of its systems by
-            name, each of shape (size,).
+        about: The writer's further information on the run.
+        times: Times of the samples in the diagram, rising, shape (T,) [s].
+        samples: Samples of each port by name, shape (T, size).
+        pictures: For each picture port, time [s] and PNG of each picture, when it changed.
+        complete: Whether the writer closed the log; after a crash it did not.
+        unread: Bytes of an unfinished record at the end.
+        lost: Number of damaged records (in MCAP, chunks) or of missing ticks, whichever is greater.
+        memory: States of the diagram after ticks: time [s], and state of each system by name,
+            shape (size,).
     """
 
     about: dict[str, Any]
@@ -131,11 +131,11 @@ class RunLog:
 
 
 def read_run_log(path: Path) -> RunLog:
-    """Read everything of a log that is whole, of ours or in MCAP.
+    """Read all intact parts of a log, in our format or in MCAP.
 
     Raises:
-        InvalidInput: It is no log, nothing in it is whole, its header is not one, or it is MCAP and
-            the extra is not installed.
+        InvalidInput: It is no log, nothing in it is intact, its header is invalid, or it is MCAP
+            and the extra is not installed.
     """
     # A device or a pipe may have no end.
     endless = path.exists() and not (path.is_file() or path.is_dir())
@@ -186,13 +186,13 @@ def read_run_log(path: Path) -> RunLog:
 
 
 def _header(body: bytes, path: Path) -> dict[str, Any]:
-    """What a log says of itself, checked."""
+    """Decode and check the header of a log."""
     header: Any = None
     try:
         header = json.loads(body)
-        # Halves of characters are no text: nothing could print them.
+        # Refuse lone surrogates, which could not be printed.
         json.dumps(header, ensure_ascii=False).encode()
-    # What is nested a thousand deep is no header either.
+    # RecursionError: the JSON is nested too deeply.
     except (ValueError, RecursionError):
         header = None
     require(isinstance(header, dict), "log", "have a header in JSON", path)
@@ -214,7 +214,7 @@ def _header(body: bytes, path: Path) -> dict[str, Any]:
 def _vectors(
     rows: list[Record], sizes: dict[str, int], path: Path
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Times of records and what they hold of each name."""
+    """Times of records, and their values by name."""
     size = sum(sizes.values())
     require(all(len(row.body) == 8 * size for row in rows), "log", "have whole samples", path)
     times = np.array([row.time for row in rows])
@@ -228,7 +228,7 @@ def _vectors(
 
 
 def _missing(times: np.ndarray) -> int:
-    """How many ticks are not there: before others, as all are equally far apart."""
+    """Number of missing ticks between samples, by the median interval."""
     if len(times) < 2:
         return 0
     gaps = np.diff(times)

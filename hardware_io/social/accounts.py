@@ -1,4 +1,4 @@
-"""Who is who on a homeserver, and how accounts and albums are made there once.
+"""Accounts and albums on a homeserver: their file, and how they are made there once.
 
 A file of the accounts of the pursuer and of the common agents is YAML::
 
@@ -9,9 +9,9 @@ A file of the accounts of the pursuer and of the common agents is YAML::
 
 An agent's token is needed only where this program posts and answers for it.
 
-Accounts are registered with the server's shared secret, as Synapse's own command does it; on a
-server without one they are made by hand. An album is a private room: anyone may knock, its owner
-alone invites, removes and posts, and members read all of it, earlier pictures too.
+Accounts are registered with the server's shared secret, as Synapse's own command does; on a server
+without one they are made by hand. An album is a private room: anyone may knock, only its owner
+invites, removes and posts, and members read all of it, including earlier pictures.
 """
 
 import hashlib
@@ -44,7 +44,7 @@ class Account:
         token: Its access token.
 
     Raises:
-        InvalidInput: The name is none, or the token is empty.
+        InvalidInput: The name is not a full name, or the token is empty.
     """
 
     user: str
@@ -62,10 +62,10 @@ class AgentAccount:
     Attributes:
         user: Its name, "@name:server".
         album: The room of its pictures, "!room".
-        token: Its access token; None where somebody else runs the agent.
+        token: Its access token; None if the agent is not run by this program.
 
     Raises:
-        InvalidInput: The name or the album is none.
+        InvalidInput: The name is not a full name, or the album is not a room's id.
     """
 
     user: str
@@ -87,8 +87,8 @@ class SocialDirectory:
         agents: The common agents.
 
     Raises:
-        InvalidInput: The address is none, or plain http:// to another machine, or two agents share
-            an account or an album.
+        InvalidInput: The address is not http:// or https://, is plain http:// to another machine,
+            or two agents share an account or an album.
     """
 
     homeserver: str
@@ -98,7 +98,7 @@ class SocialDirectory:
     def __post_init__(self):
         address = self.homeserver.startswith(("http://", "https://"))
         require(address, "homeserver", "begin with http:// or https://", self.homeserver)
-        # Tokens and pictures would go over the network for all to read.
+        # Over plain http, tokens and pictures could be read by anyone on the network.
         plain = self.homeserver.startswith("http://") and not _is_here(self.homeserver)
         wish = "be https:// but for a server on this machine"
         require(not plain, "homeserver", wish, self.homeserver)
@@ -144,7 +144,7 @@ def save_directory(directory: SocialDirectory, path: str | Path) -> None:
 
 
 def _is_here(address: str) -> bool:
-    """Whether an address is of this machine, whatever a name server says."""
+    """Whether an address is localhost or a loopback address, without asking a name server."""
     try:
         host = urlsplit(address).hostname or ""
         return host == "localhost" or ip_address(host).is_loopback
@@ -158,7 +158,7 @@ def _require_user(user: str) -> None:
 
 
 class ServerRefusal(SightfieldError):
-    """A homeserver says no for good: trying again would not help."""
+    """A homeserver refuses for good: trying again would not help."""
 
 
 def register_account(homeserver: str, secret: str, name: str) -> Account:
@@ -261,7 +261,7 @@ def _call(
     token: str | None = None,
     patience: float = 60.0,
 ) -> Any:
-    """GET, or POST of a body, and the answer."""
+    """Send a GET, or a POST with a body, and return the decoded answer."""
     headers = {"Content-Type": "application/json"}
     if token is not None:
         headers["Authorization"] = f"Bearer {token}"

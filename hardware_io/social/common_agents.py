@@ -1,7 +1,7 @@
-"""The common agents on a homeserver: they post, and answer whoever knocks by their temperaments.
+"""The common agents on a homeserver: they post pictures, and answer knocks by their temperaments.
 
-Each has a keeper of its album, who knows who knocks and who is let in, and an outbox: pictures on
-their way are kept in a folder, so that a restart loses none.
+Each has an `AlbumKeeper`, which knows who knocks and who is a member, and an outbox, which keeps
+unposted pictures in a folder, so that a restart loses none.
 """
 
 import io
@@ -40,7 +40,7 @@ class Outbox:
     and moved, so that a file that is there is whole.
 
     Args:
-        folder: Where they are; made if need be. None: nothing is kept.
+        folder: Folder of the files, made if need be; None: nothing is kept.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -51,7 +51,7 @@ class Outbox:
             self._last = max(numbers, default=0)
 
     def keep(self, picture: Picture, run: str) -> None:
-        """Keep a run's picture until it is done, behind the earlier ones."""
+        """Store a run's picture behind the earlier ones, until `done`."""
         if self._folder is None:
             return
         self._last += 1
@@ -62,20 +62,20 @@ class Outbox:
         new.replace(self._folder / f"{name}.picture")
 
     def done(self, picture: Picture, run: str) -> None:
-        """A picture is posted: forget it.
+        """Delete a picture that was posted.
 
         Args:
-            picture: Which.
-            run: It belongs to.
+            picture: The picture.
+            run: Run that it belongs to.
         """
         if self._folder is not None:
             for file in self._folder.glob(f"*-{transaction_of(picture, run)}.picture"):
                 file.unlink()
 
     def waiting(self) -> list[tuple[Picture, str]]:
-        """Pictures that are there, each with its run, in their order.
+        """Return the stored pictures in order, each with its run.
 
-        Files that are none are left alone.
+        Files that hold no picture are left alone.
         """
         found = []
         for file in self._files():
@@ -107,9 +107,9 @@ class AlbumKeeper:
     wait for pictures.
 
     Args:
-        background: Where it is waited for the server.
+        background: Runs all calls to the server.
         homeserver: Its address.
-        account: The agent's, with its token.
+        account: The agent's account, with its token.
         outbox: Folder for pictures on their way; None keeps them in memory only.
     """
 
@@ -136,10 +136,10 @@ class AlbumKeeper:
         return self._answers.waiting + self._pictures.waiting
 
     def visitors(self, state: str) -> frozenset[str]:
-        """Users who "knock", or are in by a "join"; none whose answer is under way.
+        """Users with a membership of "knock" or "join", without those already answered.
 
         Args:
-            state: Of membership, as the server calls it.
+            state: The membership, as the server calls it.
         """
         with self._lock:
             return frozenset(user for user, now in self._visitors.items() if now == state)
@@ -185,7 +185,7 @@ class AlbumKeeper:
             try:
                 await persist(call, f"{what} {user}")
             except ServerRefusal as refusal:
-                # Gone meanwhile, by itself: the news tells.
+                # The user has left in the meantime; the news will say so.
                 _LOG.info("%s", refusal)
 
         self._answers.put(errand)
@@ -211,7 +211,7 @@ class AlbumKeeper:
                 what,
             )
         except ServerRefusal as refusal:
-            # Too large, say. One picture less must not keep the others back.
+            # For example, it is too large. Skip it, so that it does not block the others.
             _LOG.warning("%s", refusal)
         self._outbox.done(picture, run)
 
@@ -220,10 +220,10 @@ class CommonAgents:
     """All agents of a directory.
 
     Args:
-        background: Where it is waited for the server.
-        directory: With every agent's token.
-        temperaments: How they answer; None: somebody else answers for them.
-        seed: Of their luck.
+        background: Runs all calls to the server.
+        directory: Accounts, with every agent's token.
+        temperaments: How they answer; None: this program does not answer for them.
+        seed: Seed of their random answers.
         outbox: Folder for pictures on their way; None keeps them in memory only.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A Matrix homeserver on this machine: Synapse in a process of its own, to try a search on."""
+"""A Matrix homeserver on this machine for trials: Synapse in a separate process."""
 
 import json
 import os
@@ -19,8 +19,8 @@ from .accounts import make_directory, save_directory
 
 # How long a server may take to come up, and to end [s].
 _PATIENCE = 60.0
-# Synapse, which ends as soon as nobody holds the other end of its input: whoever started it may be
-# killed without a word.
+# Runs Synapse, and ends it as soon as the other end of its standard input is closed, in case the
+# program that started it is killed.
 _SYNAPSE = """
 import os, runpy, signal, threading
 def watch():
@@ -29,7 +29,7 @@ def watch():
 threading.Thread(target=watch, daemon=True).start()
 runpy.run_module("synapse.app.homeserver", run_name="__main__", alter_sys=True)
 """
-# What nobody meets who tries something out.
+# Rate limits that a trial never reaches.
 _PLENTY = {"per_second": 1000, "burst_count": 1000}
 
 
@@ -38,12 +38,12 @@ class LocalServer:
 
     Attributes:
         url: Its address.
-        secret: With which accounts are registered.
+        secret: Shared secret with which accounts are registered.
 
     Args:
-        folder: For everything that it keeps; the user's alone.
-        port: Where it listens.
-        settings: Of Synapse's, instead of these here.
+        folder: Folder for all its data; it should be private to the user.
+        port: Port on which it listens.
+        settings: Settings of Synapse that replace those made here.
 
     Raises:
         InvalidInput: Synapse is not installed, or the port is taken.
@@ -63,7 +63,7 @@ class LocalServer:
         }
         (folder / "log.json").write_text(json.dumps(logging))
         config = self._settings(port) | dict(settings or {})
-        # JSON is YAML. The secret makes accounts.
+        # JSON is valid YAML. The file is private: with its secret, accounts can be made.
         (folder / "homeserver.yaml").touch(0o600)
         (folder / "homeserver.yaml").write_text(json.dumps(config))
         keys = [*self._command("-m", "synapse.app.homeserver"), "--generate-keys"]
@@ -184,7 +184,7 @@ class LocalServer:
 
     def _port_is_free(self) -> bool:
         with socket.socket() as probe:
-            # What has just closed there is no obstacle.
+            # A socket that was just closed there does not matter.
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 probe.bind(("127.0.0.1", self._port))
@@ -193,7 +193,7 @@ class LocalServer:
         return True
 
     def _answers(self) -> bool:
-        # No proxy knows the way to this machine.
+        # Connect directly: a proxy cannot reach this machine.
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         try:
             opener.open(f"{self.url}/_matrix/client/versions", timeout=5).close()

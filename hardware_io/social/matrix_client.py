@@ -1,13 +1,13 @@
-"""How one talks to a homeserver: trying again, following the news, pictures as messages.
+"""Communication with a homeserver: retries, following its news, pictures as messages.
 
-What a homeserver does not do now is done later, unless it says no for good. Its slowness is waited
-for in a thread, so that nobody else has to, and errands are carried out in their order, each until
-it is done.
+A call that fails is repeated, unless the homeserver refuses it for good. A background thread waits
+for slow answers, so that no caller has to, and carries out errands in their order, each until it is
+done.
 
-A picture is an ordinary image message, so that any Matrix client shows it. Beside it stands, under
-"net.sightfield.picture", what a message lacks: the run that it belongs to, its id and time there,
-and a digest. Messages from elsewhere, without that, are pictures too: named by their event, taken
-when they were sent.
+A picture is an ordinary image message, so that any Matrix client shows it. Under
+"net.sightfield.picture" the message also holds the run that the picture belongs to, its id and time
+there, and a digest. Image messages from elsewhere, without that key, are pictures too: their id is
+that of the event, and their time is when they were sent.
 """
 
 import asyncio
@@ -35,9 +35,9 @@ class PostedPicture:
 
     Attributes:
         id: As in `Picture`.
-        run: To which id and time belong; None for a picture from elsewhere.
-        time: As in `Picture`; from elsewhere, since 1970 [s].
-        address: Of the file on the server, mxc://.
+        run: Run to which id and time belong; None for a picture from elsewhere.
+        time: As in `Picture`; for a picture from elsewhere, time since 1970 [s].
+        address: Address of the file on the server, mxc://.
         digest: SHA-256 of the file, in hexadecimal; None if unknown.
     """
 
@@ -57,7 +57,7 @@ class PostedPicture:
 
 
 def media_type(data: bytes) -> str:
-    """Of a file, by its first bytes.
+    """Media type of a file, by its first bytes.
 
     Args:
         data: The file.
@@ -81,14 +81,14 @@ def message_of(picture: Picture, run: str, address: str) -> dict[str, Any]:
 
 
 def transaction_of(picture: Picture, run: str) -> str:
-    """The same for the same picture, so that the server takes it once however often it is sent."""
+    """Transaction id of a picture: always the same, so that the server takes it only once."""
     return hashlib.sha256(f"{len(run)} {run} {picture.id}".encode()).hexdigest()[:32]
 
 
 def posted_picture(event: dict[str, Any]) -> PostedPicture | None:
-    """What an event of a room says of a picture; None if it is not about one.
+    """Read a picture's data from an event of a room; None if the event is not a picture.
 
-    Members write what they like into events: nothing is taken for granted.
+    Members can write anything into events, so every field is checked.
     """
     content, event_id, sent = (
         event.get(name) for name in ("content", "event_id", "origin_server_ts")
@@ -123,12 +123,12 @@ def _digest(data: bytes) -> str:
 
 
 class Background:
-    """An event loop in a thread of its own.
+    """An event loop in a separate thread.
 
-    What goes wrong in it is kept, and raised in the caller's thread by `check`.
+    The first exception in it is kept, and raised in the caller's thread by `check`.
 
     Args:
-        name: Of the thread.
+        name: Name of the thread.
     """
 
     def __init__(self, name: str) -> None:
@@ -154,7 +154,7 @@ class Background:
             self._failure = task.exception()
 
     def check(self) -> None:
-        """Raise what ended a piece of work, if anything did."""
+        """Raise the exception that ended a piece of work, if one did."""
         if self._failure is not None:
             raise self._failure
 
@@ -164,7 +164,7 @@ class Background:
             return
 
         async def end() -> None:
-            # Libraries may take a cancellation for one of their own: then it takes another.
+            # Libraries may swallow a cancellation, so cancel until all tasks have ended.
             while self._tasks:
                 for task in list(self._tasks):
                     task.cancel()
@@ -214,15 +214,15 @@ _LOG = logging.getLogger(__name__)
 # Waits after failures in a row [s], the last one again and again.
 _WAITS = (0.1, 0.2, 0.5, 1.0, 2.0)
 
-# No call takes longer, or it has hung [s]; a sync waits for news for part of it.
+# A call that takes longer is taken to hang [s]; a sync waits for news for part of this time.
 _LONGEST_CALL = 60.0
 
-# Answers that another attempt may change, though they are the client's fault by their number.
+# Status codes of client errors after which another attempt may still succeed.
 _PASSING = {408, 425, 429}
 
 
 def make_client(homeserver: str, user: str, token: str) -> nio.AsyncClient:
-    """A client that leaves trying again to `persist`.
+    """Make a client that does not retry by itself: `persist` does that.
 
     Args:
         homeserver: Its address.
@@ -291,10 +291,10 @@ _FILTER = {
 
 @dataclass(frozen=True)
 class Membership:
-    """A change of what somebody is to a room.
+    """A change of a user's membership in a room.
 
     Attributes:
-        user: Whose.
+        user: Whose membership.
         sender: Who changed it.
         state: "knock", "invite", "join", "leave" or "ban".
     """
@@ -307,12 +307,12 @@ class Membership:
 async def follow(
     client: nio.AsyncClient, handle: Callable[[nio.SyncResponse], Coroutine[Any, Any, None]]
 ) -> None:
-    """Hand on all news for ever, in order; the first has everything that there is.
+    """Pass on all news for ever, in order; the first holds the complete state.
 
-    What is missed while the server is away comes when it is back.
+    News that is missed while the server is away comes when it is back.
     """
-    # Synapse keeps first answers for two minutes, and gives an old one to whoever asks with the
-    # same words; the first call does not wait, so it can name a patience that nobody else names.
+    # Synapse caches answers to first calls for two minutes, by their parameters. A first call never
+    # waits, so a unique patience gets a fresh answer.
     patience = _PATIENCE + time.time_ns() // 1_000_000 % 1_000_000
     while True:
         news = await persist(
@@ -324,7 +324,7 @@ async def follow(
 
 
 def memberships(room: nio.RoomInfo) -> list[Membership]:
-    """Changes of memberships in a room's news, in order."""
+    """Membership changes in a room's news, in order."""
     events = [*room.state, *room.timeline.events]
     return [
         Membership(event.state_key, event.sender, event.membership)

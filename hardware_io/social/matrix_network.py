@@ -4,10 +4,10 @@ Each agent has an account and an album, a private room. A friend request is a kn
 acceptance an invitation, rejection a declined knock, unfriending a kick; pictures are posted to the
 album, and only members read it. It runs against any homeserver, by its address and tokens.
 
-Nothing here waits for the server but `begin`, `flush` and `close`, and those not for ever. While
-the server is down, slow, limits the rate, or breaks off in the middle of a file, everything is
-tried again, and comes later. Iterations come as fast as they are called for, so a simulation should
-run at the rate of the real clock.
+Only `begin`, `flush` and `close` wait for the server, each for a limited time. While the server is
+down, slow, limits the rate, or breaks off in the middle of a file, everything is tried again, and
+comes later. Iterations follow each other as fast as they are called, so a simulation should run in
+real time.
 """
 
 import time
@@ -34,12 +34,12 @@ class MatrixNetwork:
     Args:
         directory: The homeserver and its accounts.
         temperaments: How the common agents answer, if this program is to answer for them.
-        seed: Of the agents' luck.
+        seed: Seed of the agents' random answers.
         outbox: A folder in which pictures are kept until they are posted, so that they survive
             this program; None keeps them in memory.
-        run: Name of the run to which the pictures belong. Others' are not shown, nor are those of
-            earlier runs. By default each `begin` starts a new one; name it to go on with it in
-            another program, or with agents that run in one.
+        run: Name of the run to which the pictures belong; pictures of other runs are not shown. By
+            default each `begin` starts a new run. Give a name to continue a run in another program,
+            or to share it with agents run by another program.
         run_agents: Whether this program posts for the agents, and answers if it has temperaments.
 
     Raises:
@@ -81,10 +81,10 @@ class MatrixNetwork:
         return tuple(range(self._count))
 
     def begin(self, patience: float = 10.0) -> None:
-        """Start a run: hear who is a friend already, or go on without after a while [s].
+        """Start a run: wait for the first news, which tells the present friends.
 
         Args:
-            patience: How long to wait [s].
+            patience: After this time, start without the news [s].
 
         Raises:
             ServerRefusal: The server does not take a token.
@@ -156,10 +156,10 @@ class MatrixNetwork:
         return self._pursuer.latest(agent, count, self._run)
 
     def flush(self, patience: float) -> bool:
-        """Wait until the server has taken everything, at most so long [s]: whether it has.
+        """Wait until the server has taken everything; returns whether it has.
 
         Args:
-            patience: How long to wait [s].
+            patience: How long to wait at most [s].
         """
         deadline = time.monotonic() + patience
         while self._waiting() > 0 and time.monotonic() < deadline:
@@ -168,7 +168,7 @@ class MatrixNetwork:
         return self._waiting() == 0
 
     def close(self) -> None:
-        """Hang up. What the server has not taken stays in the outbox, if there is one."""
+        """Close the connections; what is not posted stays in the outbox, if there is one."""
         self._background.close(self._hang_up)
 
     def __enter__(self) -> Self:

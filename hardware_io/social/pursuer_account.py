@@ -1,8 +1,8 @@
 """The pursuer's side of the network: it knocks, joins, mirrors albums and leaves.
 
-An agent is asked by a knock at its album. An invitation is acceptance, and is followed by joining;
-being made to leave is a rejection before, and an unfriending after. What is known of friends is
-what the server says in its news, so it survives restarts on either side.
+A friend request is a knock at the agent's album. An invitation means acceptance, and the pursuer
+then joins. Being removed means a rejection before joining, and an unfriending after. Friends are
+known only from the server's news, so that they survive restarts on either side.
 """
 
 import asyncio
@@ -29,20 +29,20 @@ from .matrix_client import (
 
 _LOG = logging.getLogger(__name__)
 
-# Attempts at a file that comes, but not as it was posted, and the wait between them [s].
+# Attempts to download a file that arrives damaged, and the wait between them [s].
 _ATTEMPTS, _WAIT = 5, 0.2
 
-# How far back an album is read that was out of sight [messages].
+# How many earlier messages of an album are read when the news has left some out.
 _PAGE = 50
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run on a server that may have seen others.
+    """One run on a server, which may hold pictures of others.
 
     Attributes:
-        name: Of the run, and of no other, unless it is continued.
-        began: Since 1970 [s].
+        name: Unique name of the run; the same again only if it is continued.
+        began: Start, time since 1970 [s].
     """
 
     name: str
@@ -50,14 +50,14 @@ class Run:
 
 
 class AlbumMirror:
-    """One agent's album as far as the pursuer has been shown it.
+    """Copy of one agent's album, as far as the pursuer has seen it.
 
     It only grows at its end, and holds the files of the newest pictures.
 
     Args:
-        client: The pursuer's.
-        agent: Whose album.
-        room: Its id.
+        client: The pursuer's client.
+        agent: Number of the album's owner.
+        room: Id of the album's room.
         newest: How many files are held.
     """
 
@@ -71,13 +71,13 @@ class AlbumMirror:
         self._news = asyncio.Event()
 
     def latest(self, count: int, run: Run) -> list[Picture]:
-        """The newest pictures whose files are here, newest first; from any thread.
+        """Return the newest pictures whose files have come, newest first; from any thread.
 
-        They are a run's, and those from elsewhere, whose time is that since the run began.
+        Pictures from elsewhere count, too; their time is given relative to the start of the run.
 
         Args:
             count: How many, at most.
-            run: Whose pictures.
+            run: Run whose pictures are wanted.
         """
         with self._lock:
             here = [
@@ -96,7 +96,7 @@ class AlbumMirror:
             ]
 
     async def take(self, room: nio.RoomInfo) -> None:
-        """Note the pictures in a room's news, and those from before that were left out of it."""
+        """Store the pictures in a room's news, and earlier ones that the news left out."""
         timeline: Any = room.timeline
         events = [event.source for event in timeline.events]
         if timeline.limited and timeline.prev_batch:
@@ -110,14 +110,14 @@ class AlbumMirror:
         self._news.set()
 
     async def _earlier(self, end: str) -> list[dict[str, Any]]:
-        """Events before a place, oldest first; one page, which holds more than is ever read."""
+        """Events before a place, oldest first: one page, more than is ever needed."""
         try:
             page = await persist(
                 lambda: self._client.room_messages(self._room, end, limit=_PAGE),
                 f"show the album of agent {self._agent}",
             )
         except ServerRefusal as refusal:
-            # No friend any more.
+            # The agent is no longer a friend.
             _LOG.info("%s", refusal)
             return []
         return [event.source for event in reversed(page.chunk)]
@@ -147,7 +147,7 @@ class AlbumMirror:
         return None
 
     async def _download(self, posted: PostedPicture) -> bytes | None:
-        """A picture's file; None if the server has not got it as it was posted."""
+        """Download a picture's file; None if the server refuses, or the file stays damaged."""
         what = f"send picture {posted.id}"
         for _ in range(_ATTEMPTS):
             try:
@@ -167,9 +167,9 @@ class PursuerAccount:
     """One account that makes friends with the owners of albums.
 
     Args:
-        background: Where it is waited for the server.
+        background: Runs all calls to the server.
         homeserver: Its address.
-        account: The pursuer's.
+        account: The pursuer's account.
         albums: Rooms of agents 0, 1, ...
         newest: How many pictures of each album are held.
     """
@@ -189,7 +189,7 @@ class PursuerAccount:
         self._lock = threading.Lock()
         self._asked: set[int] = set()
         self._friends: set[int] = set()
-        # Agents whose invitation has come, who are to be left, and who are to be seen to.
+        # Agents whose invitation has come, whose album is to be left, and whose errand is queued.
         self._invited: set[int] = set()
         self._parting: set[int] = set()
         self._due: set[int] = set()
@@ -250,7 +250,7 @@ class PursuerAccount:
         await self._client.close()
 
     async def _take(self, news: nio.SyncResponse) -> None:
-        """Learn from news who is a friend, who was and who refuses, and what is posted."""
+        """Update friends, rejections and albums from news."""
         for room in news.rooms.invite:
             if room in self._agents:
                 with self._lock:
@@ -258,7 +258,7 @@ class PursuerAccount:
                 self._see_to(self._agents[room])
         for room, info in news.rooms.leave.items():
             own = [each for each in memberships(info) if each.user == self._user]
-            # Before the first news, what is over is over.
+            # The first news reports memberships that ended earlier: ignore them.
             if room in self._agents and own and self.informed.is_set():
                 self._note_leaving(self._agents[room], own[-1].sender)
         for room, info in news.rooms.join.items():
@@ -279,20 +279,20 @@ class PursuerAccount:
     def _note_leaving(self, agent: int, sender: str) -> None:
         with self._lock:
             if agent in self._friends:
-                # Also when the pursuer left: it was told of a friendship, and is told of its end.
-                # It may have joined while its withdrawal was under way.
+                # Also if the pursuer itself left, since the friendship was reported: it may have
+                # joined while its withdrawal was under way.
                 self._friends.discard(agent)
                 self._responses.append(Response(agent=agent, answer=Answer.UNFRIENDED))
             elif agent in self._asked and sender != self._user:
                 self._note_rejection(agent)
 
     def _note_rejection(self, agent: int) -> None:
-        """With the lock held."""
+        """Record a rejection; the caller must hold the lock."""
         self._asked.discard(agent)
         self._responses.append(Response(agent=agent, answer=Answer.REJECTED))
 
     def _see_to(self, agent: int) -> None:
-        """Have what is wanted of an agent brought about, whatever it is by then.
+        """Queue one errand for an agent, which acts on what is wanted by the time it runs.
 
         So errands do not pile up while the server is away and requests come and go.
         """
@@ -311,7 +311,8 @@ class PursuerAccount:
         if parting or (invited and not asked):
             await self._leave(agent)
         if asked:
-            # Who may not knock may have been invited already. If not, that is a rejection.
+            # If the knock is refused, an invitation may be there already; without one, the join
+            # fails, too, and that is a rejection.
             welcome = not invited and await self._knock(agent)
             if not welcome and not await self._join(agent):
                 with self._lock:
@@ -328,7 +329,7 @@ class PursuerAccount:
         return await self._try(lambda: self._client.room_leave(self._albums[agent]), "leave", agent)
 
     async def _try(self, call: Callable[[], Awaitable[object]], what: str, agent: int) -> bool:
-        """Whether the server did it, once it has an opinion."""
+        """Make a call until the server answers; returns whether it did not refuse."""
         try:
             await persist(call, f"let the pursuer {what} at agent {agent}'s")
         except ServerRefusal as refusal:

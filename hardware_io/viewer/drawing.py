@@ -37,11 +37,11 @@ class _Nobody:
 class SceneStore(ZMQWebSocketBridge):
     """Meshcat's own server, without the socket by which other processes draw.
 
-    It keeps the scene and gives it to every page that connects.
+    It keeps the scene and sends it to every page that connects.
     """
 
     def __init__(self) -> None:
-        # Not the base's: that would open ports of its own.
+        # The base's constructor is not called: it would open ports.
         self.websocket_pool: set[Any] = set()
         self.tree = SceneTree()
         self.zmq_socket = _Nobody()
@@ -136,7 +136,7 @@ class Drawing:
         store.set_property("/Cameras/default/rotated/<object>", "position", eye)
 
     def state(self, scene: Scene, state: State, *, stale: bool) -> None:
-        """Draw how a run stands; what is stale, and who is not seen, in grey."""
+        """Draw the state of a run; robots that are not seen, or all if stale, in grey."""
         pursuers = len(scene.pursuers)
         teams = [PURSUER if k < pursuers else EVADER for k in range(len(state.poses))]
         colours = [

@@ -1,9 +1,9 @@
-"""What a controller tells the operator's view: its scene, its state, its end.
+"""Messages between a controller and the operator's view.
 
-JSON, one message each: its kind, "scene", "state" or "end", the number of the run, and the rest.
-What the view says to controllers is JSON too: the word, the number of the run that it is for, the
-run's key, and who says it. A stop is for every run, and needs no key. Between words it says that
-it is present.
+A controller sends JSON messages with a kind, "scene", "state" or "end", the run's number, and the
+content. The view sends JSON, too: the operator's word, the number of the run that it is for, the
+run's key, and who says it. A stop is for every run, and needs no key. Between words the view
+reports that it is present.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-# What the view says now and then, so that controllers know that it is there.
+# Sent by the view periodically, so that controllers know that it is there.
 PRESENT = b"present"
 # What the operator may say.
 WORDS = ("start", "pause", "stop")
@@ -24,16 +24,16 @@ class Scene:
     """What does not change in a run.
 
     Attributes:
-        title: Of the run.
+        title: Title of the run.
         mode: "simulate", "emulate", "hardware" or "replay".
         boundary: Outer ring, [x, y] each [m].
         obstacles: Rings [m].
         limits: Rings that robots' centres do not cross [m].
         pursuers: Names of the pursuers.
         evaders: Names of the evaders.
-        radius: Of a robot, as drawn [m].
-        lock: Of the run's key, from `lock_of`; "" where nobody steers by a page.
-        stop_page: Address of the controller's own page with a stop, "" without.
+        radius: Radius of a robot, as drawn [m].
+        lock: Hash of the run's key, from `lock_of`; "" if no page may control the run.
+        stop_page: Address of the controller's own page with a stop button; "" if there is none.
     """
 
     title: str
@@ -50,12 +50,12 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotState:
-    """What the supervisor makes of a robot.
+    """The supervisor's verdict on a robot.
 
     Attributes:
-        name: Of the robot.
+        name: Name of the robot.
         state: "armed", "running", "held" or "lost".
-        why: It is held or lost, in words; "" otherwise.
+        why: Why it is held or lost, in words; "" otherwise.
     """
 
     name: str
@@ -68,8 +68,8 @@ class Event:
     """Something that happened in a run.
 
     Attributes:
-        time: In the run [s].
-        robot: Name of the robot, "" where it is of all.
+        time: Time in the run [s].
+        robot: Name of the robot; "" if it concerns all.
         text: What happened.
     """
 
@@ -83,8 +83,8 @@ class StopReport:
     """An emergency stop, as the view shows it.
 
     Attributes:
-        who: Asked for it.
-        when: By the clock on the wall.
+        who: Who asked for it.
+        when: Time of day.
         acknowledgement: Who acknowledged it, in words.
     """
 
@@ -95,22 +95,22 @@ class StopReport:
 
 @dataclass(frozen=True, kw_only=True)
 class State:
-    """How things stand.
+    """The state of a run.
 
     Attributes:
         time: In the run [s].
         operator: Number of the mode: 1 running, 0 paused, -1 stopped.
         poses: x, y [m], heading [rad] of each robot, pursuers first.
-        valid: Whether each pose is.
-        age: Of each pose [s]; None if never seen.
+        valid: Whether each pose is valid.
+        age: Age of each pose [s]; None if never seen.
         sight: For each pursuer, whether it sees each evader.
         assignment: Number of the evader that each pursuer chases, or -1.
-        quality: Of the link to each robot, from 0 to 1; None if not known.
-        battery: Of each robot [V]; None if not known.
+        quality: Quality of the link to each robot, from 0 to 1; None if not known.
+        battery: Battery voltage of each robot [V]; None if not known.
         commands: Speed [m/s] and turn rate [rad/s] sent to each robot.
-        robots: What the supervisor makes of each robot; empty where there is none.
-        events: The latest, oldest first.
-        stop: The emergency stop, None before.
+        robots: The supervisor's verdict on each robot; empty without a supervisor.
+        events: The latest events, oldest first.
+        stop: The emergency stop; None before one.
     """
 
     time: float
@@ -129,7 +129,7 @@ class State:
 
 
 def encode(run: str, what: Scene | State | str) -> bytes:
-    """A message; a string is how a run ended."""
+    """Encode a message; a string says how the run ended."""
     if isinstance(what, str):
         return json.dumps({"kind": "end", "run": run, "how": what}).encode()
     kind = "scene" if isinstance(what, Scene) else "state"
@@ -137,7 +137,7 @@ def encode(run: str, what: Scene | State | str) -> bytes:
 
 
 def decode(data: bytes) -> tuple[str, str, Scene | State | str] | None:
-    """Kind, run and content of a message; None for what is none.
+    """Decode kind, run and content of a message; None if it is invalid.
 
     Args:
         data: The bytes.
@@ -164,8 +164,8 @@ class Word:
     Attributes:
         word: start, pause or stop.
         run: Number of the run that it is for.
-        key: Of that run.
-        who: Says it.
+        key: Key of that run.
+        who: Who says it.
     """
 
     word: str
@@ -174,18 +174,18 @@ class Word:
     who: str = "the operator's view"
 
     def is_for(self, run: str, lock: str) -> bool:
-        """Whether a run is to obey: a stop always, others with its number and its key.
+        """Whether a run must obey: a stop always, other words only with its number and key.
 
         Args:
-            run: Its number.
-            lock: Of its key.
+            run: Number of the run.
+            lock: Hash of its key.
         """
         opens = bool(lock) and hmac.compare_digest(lock_of(run, self.key), lock)
         return self.word == "stop" or (self.run == run and opens)
 
 
 def lock_of(run: str, key: str) -> str:
-    """What anybody may know of a run's key: it tells whether a key is the one, and not which.
+    """Hash of a run's key: it can be public, and allows a key to be checked.
 
     Args:
         run: Number of the run.
@@ -200,7 +200,7 @@ def encode_word(word: Word) -> bytes:
 
 
 def decode_word(data: bytes) -> Word | None:
-    """A word as a controller gets it, None for what is none.
+    """Decode a word of the operator; None if it is invalid.
 
     Args:
         data: The bytes.
@@ -213,7 +213,7 @@ def decode_word(data: bytes) -> Word | None:
 
 
 def or_none(value: float) -> float | None:
-    """A number for JSON, which knows no infinity.
+    """Convert a number for JSON, which has no infinity or NaN: they become None.
 
     Args:
         value: The number, of any unit [-].

@@ -1,6 +1,7 @@
-"""What the operator wants, and what says so: the diagram's port, keys, a page that stops.
+"""The operator's mode, and its inputs and outputs: keys, a stop page, a port for the diagram.
 
-The keys need no page, and the controller serves its page itself: both stop while the view is down.
+The keys need no page, and the controller serves the stop page itself: both can stop the robots
+while the view is down.
 """
 
 import html
@@ -45,8 +46,8 @@ class Stop:
 class Operator:
     """The operator's mode, set from any thread.
 
-    A stop stays: nothing moves again in this run. What is to happen at once on a stop, without
-    waiting for the next tick, is given to `on_stop`.
+    A stop is final: nothing moves again in this run. Actions that must happen at once on a stop,
+    without waiting for the next tick, are registered with `on_stop`.
 
     Attributes:
         stopped: The emergency stop, once there is one.
@@ -71,10 +72,10 @@ class Operator:
         return self._view_age()
 
     def watch_view(self, age: Callable[[], float]) -> None:
-        """Have it known how long the operator's view has been silent.
+        """Set the function that tells how long the operator's view has been silent.
 
         Args:
-            age: Tells it [s].
+            age: Returns that time [s].
         """
         self._view_age = age
 
@@ -84,23 +85,23 @@ class Operator:
         return self._mode
 
     def on_stop(self, act: Callable[[], object]) -> None:
-        """Have something done at once when the operator stops the robots.
+        """Register an action to be done at once when the operator stops the robots.
 
         Args:
-            act: Does it; may return the robots that acknowledged it.
+            act: The action; may return the robots that acknowledged it.
         """
         self._at_once.append(act)
 
     def on_word(self, hear: Callable[[str, str], object]) -> None:
-        """Have somebody told each word that is obeyed, and who said it, after a stop is done."""
+        """Register a listener for each obeyed word and who said it; a stop is carried out first."""
         self._listeners.append(hear)
 
     def say(self, word: str, who: str = "the program") -> None:
-        """Obey start, pause or stop; other words are not heard.
+        """Obey start, pause or stop; other words are ignored.
 
         Args:
             word: What is said.
-            who: Says it.
+            who: Who says it.
         """
         with self._lock:
             if word == "stop":
@@ -124,7 +125,7 @@ class Operator:
         # Known at once, and completed when robots have answered.
         self.stopped = Stop(who, when, "The controller sends nothing but zeros.")
         for act in self._at_once:
-            # The others are to be done whatever becomes of one; the gate is closed already.
+            # If one action fails the others must still be done; the gate is closed already.
             try:
                 robots = act()
             except Exception as error:
@@ -135,10 +136,10 @@ class Operator:
                 self.stopped = Stop(who, when, f"{self.stopped.acknowledgement} {words}")
 
     def toggle(self, who: str = "the program") -> None:
-        """Pause, or go on.
+        """Pause a running run, or else start it.
 
         Args:
-            who: Says so.
+            who: Who says so.
         """
         self.say("pause" if self._mode == RUNNING else "start", who)
 
@@ -151,7 +152,7 @@ def _acknowledged(robots: object) -> str:
 
 
 class Attends(Protocol):
-    """Something that knows what the operator wants."""
+    """Something that knows the operator's mode."""
 
     starts_said: int
 
@@ -167,7 +168,7 @@ class Attends(Protocol):
 
 
 class OperatorPort(LeafSystem):
-    """Samples what the operator wants at its ticks.
+    """Samples the operator's mode periodically.
 
     .. pydrake_system::
 
@@ -224,10 +225,10 @@ _WAIT = 0.1
 def keys(
     actions: Mapping[str, Callable[[], object]], terminal: int | None = None
 ) -> Iterator[bool]:
-    """Do what each key stands for while the block runs; yield whether there is a terminal.
+    """Call the action of each key pressed while the block runs; yield whether there is a terminal.
 
     Args:
-        actions: By key, a character each.
+        actions: Actions by key, one character each.
         terminal: Its file descriptor; None for standard input.
     """
     place = terminal
@@ -238,7 +239,7 @@ def keys(
     if place is None or not os.isatty(place):
         yield False
         return
-    # Of terminals alone; other systems have none of these.
+    # Imported only here: these modules are missing on systems without such terminals.
     import termios
     import tty
 
@@ -278,14 +279,14 @@ button {{ width: 100%; height: 60vh; font: inherit; font-size: 36px; font-weight
 
 
 class StopPage:
-    """Serves the button until it is closed, in a thread of its own.
+    """Serves a page with a stop button until it is closed, in a separate thread.
 
-    Anybody on this machine may stop robots; nobody starts any here.
+    Any user of this machine may stop the robots by it; it cannot start them.
 
     Args:
-        operator: Who is told.
-        title: Of the run.
-        view_port: Of the operator's view, whose page may ask for a stop as well.
+        operator: Told of a stop.
+        title: Title of the run.
+        view_port: Port of the operator's view, whose page may ask for a stop as well.
     """
 
     def __init__(self, operator: Operator, title: str, view_port: int) -> None:
@@ -314,7 +315,7 @@ class _Handler(BaseHTTPRequestHandler):
     title: str
     port: int
     view_port: int
-    # A caller that says nothing does not keep its thread for ever [s].
+    # Time-out of a silent connection, so that it does not keep its thread for ever [s].
     timeout = 10
 
     def log_message(self, format: str, *args: object) -> None:

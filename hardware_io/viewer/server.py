@@ -1,4 +1,4 @@
-"""The operator's view: a web server that draws what controllers tell it, and outlives them.
+"""The operator's view: a web server that draws the states of controllers, and outlives them.
 
 Run as `python -m sightfield.hardware_io.viewer.server PORT`.
 """
@@ -23,13 +23,13 @@ from .drawing import Drawing, SceneStore
 from .messages import PRESENT, WORDS, Scene, State, Word, decode, encode_word
 from .view_address import HEADERS, endpoints, is_host, is_origin
 
-# After so long without a word what is shown is stale [s].
+# The view is stale after this time without a state [s].
 STALE_AFTER = 1.0
-# How often staleness is looked at [ms].
+# How often staleness is checked [ms].
 _LOOK = 200
-# What of the laboratory's traffic may be heard is this machine's own.
+# The page is served on loopback only.
 _HERE = "127.0.0.1"
-# The header in which a page says its key.
+# The header in which a page sends its key.
 KEY = "X-Sightfield-Key"
 
 
@@ -47,9 +47,9 @@ class ViewServer:
         self._state: State | None = None
         self._run, self._ended = "", ""
         self._heard, self._drawn_stale = 0.0, False
-        # What another run said last, by its number: when, and its title.
+        # Other runs by number: when each was last heard, and its title.
         self._others: dict[str, tuple[float, str]] = {}
-        # First the page: who has its port has the sockets, too.
+        # The page first: the port decides which process may bind the sockets.
         server = self._application().listen(port, address=_HERE)
         self.port: int = next(iter(server._sockets.values())).getsockname()[1]
         where = endpoints(self.port)
@@ -80,11 +80,11 @@ class ViewServer:
 
     @property
     def stale(self) -> bool:
-        """Whether nobody has said for long how things stand."""
+        """Whether the run has ended, or sent no state for longer than `STALE_AFTER`."""
         return bool(self._ended) or time.monotonic() - self._heard > STALE_AFTER
 
     def hear(self, data: bytes) -> None:
-        """Take a message of a controller; what is none is dropped.
+        """Take a message of a controller; invalid ones are dropped.
 
         Args:
             data: The bytes.
@@ -101,12 +101,12 @@ class ViewServer:
                 self._others.pop(run, None)
             return
         if isinstance(content, Scene):
-            # The scene of a run that is over is repeated by nobody.
+            # A run repeats its scene; redraw only when run or scene have changed.
             if run != self._run or self._scene != content:
                 self._run, self._scene, self._state, self._ended = run, content, None, ""
                 self._drawing.scene(content)
             return
-        # What an earlier run still has to say is no longer of interest.
+        # Ignore late messages of an earlier run.
         if run != self._run or self._scene is None:
             return
         if isinstance(content, str):
@@ -116,21 +116,21 @@ class ViewServer:
         self._draw()
 
     def steers(self, key: str) -> bool:
-        """Whether who knows a key may start and pause the run that is shown.
+        """Whether a key allows its page to start and pause the run that is shown.
 
         Args:
-            key: Of a page.
+            key: Key of the page.
         """
         return self._scene is not None and Word(word="start", run=self._run, key=key).is_for(
             self._run, self._scene.lock
         )
 
     def say(self, word: str, key: str) -> bool:
-        """Tell controllers what the operator said, if that may be: whether it may.
+        """Send the operator's word to controllers if it is allowed; returns whether it is.
 
         Args:
             word: One of WORDS; a stop is for all runs.
-            key: Of the page.
+            key: Key of the page.
         """
         allowed = word == "stop" or self.steers(key)
         if allowed:
@@ -138,10 +138,10 @@ class ViewServer:
         return allowed
 
     def report(self, key: str = "") -> dict[str, Any]:
-        """Everything that a page shows beside the scene, and where controllers connect.
+        """Everything that a page shows beside the drawing, and who runs this view.
 
         Args:
-            key: Of the page.
+            key: Key of the page.
         """
         now = time.monotonic()
         others = [title for heard, title in self._others.values() if now - heard < STALE_AFTER]
@@ -175,7 +175,7 @@ class _Guarded(tornado.web.RequestHandler):
 
     @property
     def view(self) -> ViewServer:
-        """Whose calls these are."""
+        """The view that serves these requests."""
         return self.settings["view"]
 
     def set_default_headers(self) -> None:
@@ -207,7 +207,7 @@ class _SceneHandler(_Guarded, WebSocketHandler):
         return is_origin(origin, (self.view.port,))
 
     def on_message(self, message: str | bytes) -> None:
-        """Drop it: pages have nothing to say of the scene."""
+        """Ignore messages: pages must not change the scene."""
 
 
 class _Page(_Guarded):

@@ -1,11 +1,11 @@
-"""Where controllers, pages and the operator's view meet: its sockets, its process, its guests.
+"""Addresses of the operator's view: its sockets, its process, and which requests it accepts.
 
-Sockets lie in a folder that is the user's alone. They depend on the page's port and nothing else,
-so a view that was started again is found by controllers that run, and no other account of the
-machine can listen or speak there.
+Sockets lie in a private folder of the user, so that no other account of the machine can listen or
+send there. Their names depend only on the page's port, so that running controllers find a view that
+was restarted.
 
-By DNS rebinding a page of another site reaches this machine under a name of that site, so the name
-is looked at; another page of the same browser is known by its origin; and none may frame ours.
+By DNS rebinding a page of another site can reach this machine under that site's name, so `Host` is
+checked; other pages in the same browser are refused by their `Origin`; and none may frame ours.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ from ...systems.numerics.errors import InvalidInput, SightfieldError, require
 
 
 class Endpoints(NamedTuple):
-    """Of one view.
+    """Socket addresses of one view.
 
     Attributes:
         states: Address to which controllers tell states.
@@ -38,10 +38,10 @@ class Endpoints(NamedTuple):
 
 
 def endpoints(port: int) -> Endpoints:
-    """Those of the view whose page is on a port.
+    """Socket addresses of the view whose page is on a port.
 
     Raises:
-        InvalidInput: Somebody else made the folder, or may write there.
+        InvalidInput: The folder belongs to another user, or others have access to it.
     """
     folder = Path(tempfile.gettempdir()) / f"sightfield-{os.getuid()}"
     folder.mkdir(mode=0o700, exist_ok=True)
@@ -51,7 +51,7 @@ def endpoints(port: int) -> Endpoints:
     return Endpoints(f"ipc://{folder}/{port}.states", f"ipc://{folder}/{port}.words")
 
 
-# Only what is served here is loaded, and pages of this machine are asked, the stop page among them.
+# Pages load only what is served here, and connect only to this machine, as to the stop page.
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; "
@@ -114,7 +114,7 @@ def find_view(port: int) -> View | None:
         InvalidInput: Something else answers there.
     """
     url = f"http://127.0.0.1:{port}/"
-    # No proxy knows the way to this machine.
+    # Connect directly: a proxy cannot reach this machine.
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
     report: Any = None
     try:
@@ -132,14 +132,14 @@ def find_view(port: int) -> View | None:
     ours = isinstance(report, dict) and report.get("program") == "sightfield viewer"
     ours = ours and report.get("user") == os.getuid() and isinstance(report.get("pid"), int)
     require(ours, "--port", "be free, or that of a viewer of yours that is open", port)
-    # Not what the report says: controllers speak to no one but the user's own viewer.
+    # Use addresses from `endpoints`, not from the report, to reach only the user's own viewer.
     return View(url, *endpoints(port), report["pid"])
 
 
 def open_view(port: int) -> View:
-    """The view on a port, started in a process of its own if there is none.
+    """Return the view on a port, started as a separate process if there is none.
 
-    It stays when this process ends, even by a crash or by Ctrl-C in its terminal.
+    The view keeps running when this process ends, even by a crash or by Ctrl-C in its terminal.
 
     Raises:
         InvalidInput: The port is out of range, or something else is there.

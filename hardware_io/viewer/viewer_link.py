@@ -1,4 +1,4 @@
-"""The controller's end of the line to the operator's view, and the state that it tells there."""
+"""The controller's connection to the operator's view, and the system that sends it the state."""
 
 import contextlib
 import secrets
@@ -38,20 +38,20 @@ _WAIT = 50
 
 
 class ViewerLink:
-    """Tells a view how things stand, and the operator what was said there.
+    """Sends states to the view, and passes the words said there to the `Operator`.
 
-    Nothing here waits for the view: what it does not take at once is dropped. The run has a key,
-    made anew; without it a word is not obeyed, but for a stop.
+    Nothing here waits for the view: messages that it does not take at once are dropped. Each run
+    has a new key; words without it are not obeyed, except a stop.
 
     Attributes:
-        key: Of the run.
-        stop_page: Address of the controller's own page with a stop, "" without.
+        key: Key of the run.
+        stop_page: Address of the controller's own page with a stop button; "" if there is none.
 
     Args:
         states: Address to which states go.
         words: Address from which the operator's words come.
-        scene: What is shown.
-        operator: Who is told.
+        scene: The scene to show.
+        operator: Obeys the words.
     """
 
     def __init__(self, states: str, words: str, scene: Scene, operator: Operator) -> None:
@@ -62,13 +62,13 @@ class ViewerLink:
         self._state: State | None = None
         self._over = False
         self._words_said: deque[Event] = deque(maxlen=_EVENTS)
-        # The socket is used by the run and, after a word, by whoever said it.
+        # The socket is used by the run's thread and by the threads in which words arrive.
         self._sending = threading.Lock()
         self._scene_due = 0.0
         self._context = zmq.Context()
         self._states = self._context.socket(zmq.PUSH)
         self._states.setsockopt(zmq.SNDHWM, 16)
-        # What was sent last shall still arrive, but nobody waits for it long.
+        # The last messages may still arrive, but closing does not wait long for that.
         self._states.setsockopt(zmq.LINGER, 500)
         self._states.connect(states)
         self._words = self._context.socket(zmq.SUB)
@@ -104,7 +104,7 @@ class ViewerLink:
         return replace(state, events=events[-_EVENTS:], stop=report)
 
     def _tell(self, word: str, who: str) -> None:
-        """Show a word that was obeyed, and at once: a stop is the last that a run does."""
+        """Show a word that was obeyed; a stop at once, as the run may send no further state."""
         state = self._state
         time_ = 0.0 if state is None else state.time
         self._words_said.append(Event(time=time_, text=f"{word}, said by {who}"))
@@ -117,7 +117,7 @@ class ViewerLink:
         self._send(encode(self._run, how))
 
     def close(self) -> None:
-        """Leave the line; the view shows what it knows on, and is free for another run."""
+        """Disconnect; the view keeps the last state, and is free for another run."""
         if not self._over:
             self.end("its controller left")
         self._operator.watch_view(lambda: 0.0)
@@ -225,7 +225,7 @@ class StatePublisher(LeafSystem):
         self._view, self._shape = view, (pursuers, evaders)
         self._names = [f"pursuer {i}" for i in range(pursuers)]
         self._names += [f"evader {j}" for j in range(evaders)]
-        # What was shown: the log is the state.
+        # Last values seen, only to find changes; not a declared state.
         self._known: tuple[np.ndarray, np.ndarray] | None = None
         self._events: deque[Event] = deque(maxlen=_EVENTS)
         count = pursuers + evaders
@@ -248,7 +248,7 @@ class StatePublisher(LeafSystem):
         self._ports = {
             name: self.DeclareVectorInputPort(name, size) for name, size in sizes.items()
         }
-        # First the events, where both are due.
+        # When both are due, events are collected first.
         self.DeclarePeriodicPublishEvent(period / looks, offset, self._look)
         self.DeclarePeriodicPublishEvent(period, offset, self._publish)
 

@@ -1,4 +1,4 @@
-"""Drivers of combines and carts, who keep to a plan."""
+"""Drivers of combines and carts, who follow a plan."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
@@ -14,12 +14,12 @@ from ..numerics.harvest.machines import COLUMNS
 
 
 class MachineDrivers(LeafSystem):
-    """N combines and K carts drive as planned: on time where they can, in its order where not.
+    """N combines and K carts drive as planned: on time if they can, else in the plan's order.
 
-    Each period every machine gets as far as `numerics.harvest.execution.advance` says: no farther
-    than its plan, than its path and what disturbs it let it, and than it can still stand before
-    what it must not enter yet. Combines are told their stations; carts are steered along their
-    paths, v = (s' - s) / period, omega from the path's arc and the errors across it.
+    Each period every machine drives as far as `numerics.harvest.execution.advance` allows: no
+    farther than its plan, its path and its disturbances permit, and so that it can still stop
+    before places that it must not enter yet. Combines are told their stations; carts are steered
+    along their paths, v = (s' - s) / period, omega from the path's arc and the cross-track errors.
 
     .. pydrake_system::
 
@@ -61,14 +61,14 @@ class MachineDrivers(LeafSystem):
     `station`, `speed` and `account` are the outputs of `CombineTeam`, `state`, `room` and `load` of
     `GrainCartTeam`, `alongside` of `AugerTransfer`. `command` holds, combine by combine, station
     and speed at the end of the period; `wanted` is the combine that each cart is to empty now, or
-    -1, `asked` what it is still to take from it; `emptying` is 1 while a cart with grain stands
-    where a truck takes it; `late` is how long ago each machine should have been where it is.
+    -1, `asked` the mass that it is still to take from it; `emptying` is 1 while a cart with grain
+    stands at its truck; `late` is how long ago each machine should have been where it is now.
 
     Source: ours.
 
     Args:
-        work: What is planned.
-        disturbance: What goes wrong.
+        work: The planned work.
+        disturbance: Disturbances of the plan; by default none.
         orders: Who waits for whom; found from the plan by default.
         period: Time step [s].
 
@@ -187,7 +187,7 @@ class MachineDrivers(LeafSystem):
         output.set_value(steer(self._tracks, state, driven, after, self._period, self._across_most))
 
     def _calc_visits(self, context, output):
-        """Whom each cart is to empty, and what it is still to take, shape (2, K)."""
+        """Combine that each cart is to empty, and mass it is still to take, shape (2, K)."""
         found = wanted_at(
             self._fleet,
             self._orders.ties,

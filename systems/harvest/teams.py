@@ -27,9 +27,9 @@ from ..numerics.harvest.machines import (
 class CombineTeam(LeafSystem):
     """N combines drive along their paths, and their tanks fill and are emptied.
 
-    tank' = density area' - r_u [a cart is alongside] - spilt'; a command says how far each gets in
-    a period. Loads are exact to the moment a tank is full or empty, whatever the period: cut =
-    given + in the tank + spilt, to rounding.
+    tank' = density area' - r_u [a cart is alongside] - spilt'; a command gives station and speed at
+    the end of a period. The moments at which a tank is full or empty are exact, whatever the
+    period: cut = given + in the tank + spilt, up to rounding.
 
     .. pydrake_system::
 
@@ -68,8 +68,8 @@ class CombineTeam(LeafSystem):
 
     `alongside` is the number of the cart that stands under a combine's auger, or -1; `room` what
     each cart can still take, `asked` what it is to take in its visit; `command` station and speed
-    at the end of the period, combine by combine; `pose` the middle of the header; `station` the way
-    driven; `speed` that along the path, never negative; `mode` a number in `machines.MODES`;
+    at the end of the period, combine by combine; `pose` the middle of the header; `station` the
+    distance along the path, `speed` its rate, never negative; `mode` a number in `machines.MODES`;
     `cutting` 1 while the header is down; `account` the columns of that module, combine by combine;
     `unloaded` what each cart has taken over since the start.
 
@@ -190,9 +190,9 @@ class GrainCartTeam(LeafSystem):
     Source: Zhang 2014, 3.2.2; loads are ours.
 
     Args:
-        cart: What the carts are like.
+        cart: Dimensions and limits of all carts.
         starts: x, y, theta, beta of each, shape (K, 4).
-        truck_rate: At which a cart is emptied into its truck [kg/s].
+        truck_rate: Rate at which a cart is emptied into its truck [kg/s].
         period: Time step [s].
 
     Raises:
@@ -217,8 +217,8 @@ class GrainCartTeam(LeafSystem):
         self._trailer = cart.trailer
         self._period = float(period)
         self.parameters = NumericParameters(self, truck_rate=truck_rate)
-        # A trailer that is backed up doubles its errors every 0.7 lengths: steps are so short that
-        # a cart that retraces its way stays on it for 20 lengths.
+        # The errors of a reversing trailer double every 0.7 lengths: steps are short enough that a
+        # cart that retraces its way stays on it for 20 lengths.
         self._substeps = max(1, int(np.ceil(40 * period * cart.speed / cart.length)))
         count = len(states)
         self._control = self.DeclareVectorInputPort("control", 2 * count)
@@ -265,12 +265,11 @@ class GrainCartTeam(LeafSystem):
 
 
 class AugerTransfer(LeafSystem):
-    """Lets grain flow only while a cart's trailer really is in an auger's reach.
+    """Lets grain flow only while a cart's trailer really is under an auger.
 
-    A cart is alongside while the middle of its box is within a stated distance of the place at
-    `reach` to the left of the combine, and points the combine's way; see
-    `numerics.harvest.machines`. Of a combine and a cart that want nothing from one
-    another nothing flows.
+    A cart is alongside while the middle of its box is within a tolerance of the point at `reach` to
+    the left of the combine, and its trailer points in the combine's direction; see
+    `numerics.harvest.machines`. Grain flows to a cart only from the combine that `wanted` names.
 
     .. pydrake_system::
 

@@ -1,4 +1,4 @@
-"""Whom to ask: what each agent's pictures are expected to tell."""
+"""Whom to ask: the expected information of each agent's pictures."""
 
 from typing import Any
 
@@ -14,11 +14,11 @@ from ..numerics.social.routes.outlook import Outlook, belief, expected_view
 
 
 class AgentInterest(LeafSystem):
-    """Tells how much it is worth to ask each agent: chance of its acceptance times information.
+    """Outputs the value of asking each agent: probability of acceptance times information.
 
-    The evader is believed to be where it was located, more vaguely as time goes by. Of an agent
-    whose pictures have been read it is known where it stood; the longer ago that is, the less it
-    says about what the agent sees now, and of all others nothing is known.
+    The evader is believed to be where it was located, with an uncertainty that grows with time. If
+    an agent's pictures have been read, its pose then is known; the older that is, the less it says
+    about what the agent sees now. Of other agents nothing is known.
 
     .. pydrake_system::
 
@@ -49,8 +49,8 @@ class AgentInterest(LeafSystem):
     Args:
         outlook: Cells of the maze, and how far cameras see.
         agents: Number of agents n.
-        patience: T_wait, chances that an asked agent has beside the first.
-        forgetting: Time in which what is known of a camera's place fades [s].
+        patience: T_wait, further chances that an asked agent has after the first.
+        forgetting: Time constant with which knowledge of a camera's pose fades [s].
         period: Between looks at the readings [s].
         offset: Of the first look [s].
 
@@ -80,7 +80,7 @@ class AgentInterest(LeafSystem):
         self._position = self.DeclareVectorInputPort("evader_position", 2)
         self._covariance = self.DeclareVectorInputPort("evader_covariance", 4)
         self._readings = self.DeclareAbstractInputPort("readings", AbstractValue.Make(()))
-        # Of each agent: when its place was known last, or -1, and its pose then.
+        # For each agent: time at which its pose was last known, or -1, and that pose.
         nothing = np.tile([-1.0, 0.0, 0.0, 0.0], agents)
         self._cameras = self.DeclareDiscreteState(state_vector(nothing))
         self.DeclarePeriodicDiscreteUpdateEvent(period, offset, self._look)

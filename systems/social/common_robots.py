@@ -1,4 +1,4 @@
-"""What moves robots of the crowd: infrared sensors, walking about, and keeping apart."""
+"""Systems of the common robots: infrared sensors, wandering, and collision avoidance."""
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -148,11 +148,11 @@ class Wanderers(LeafSystem):
 
 
 class CrowdGuard(LeafSystem):
-    """Slows robots so far that no two of them touch, whatever they want.
+    """Slows robots so that no two of them touch, whatever their commands.
 
-    Each may drive half of the gap that its infrared sensors tell of in a period. Robots drive
-    forwards only, and the ring has to cover their whole front and what a period's turn brings
-    before it; then, if all robots are guarded, the gaps between them stay above the margin.
+    In a period each may close half of the gap that its infrared sensors measure. Robots drive
+    forwards only, and the ring must cover their whole front, also after the turn of a period; then,
+    if all robots are guarded, the gaps between them stay above the margin.
 
     .. pydrake_system::
 

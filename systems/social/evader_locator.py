@@ -20,11 +20,11 @@ class Knowledge:
     """What is known of the evader.
 
     Attributes:
-        readings: Of the pictures that came last.
+        readings: Readings of the pictures that came last.
         position: Shape (2,) [m]; NaN before the first location.
-        covariance: When the picture was taken, shape (2, 2) [m^2].
-        located_at: When that was [s]; negative before the first.
-        locations: How many pictures gave one.
+        covariance: Covariance at the time of the picture, shape (2, 2) [m^2].
+        located_at: When the picture was taken [s]; negative before the first location.
+        locations: How many pictures gave a location.
     """
 
     readings: tuple[Reading, ...]
@@ -37,8 +37,8 @@ class Knowledge:
 class EvaderLocator(LeafSystem):
     """Looks for the evader and landmarks in new pictures, and keeps the newest location.
 
-    Pictures that were taken at one time are averaged by their covariances; one that is older than
-    what is known changes nothing. Since then the evader may have gone any way:
+    Locations from pictures taken at the same time are averaged by their covariances; a picture
+    older than the present location changes nothing. Since then the evader may have moved anywhere:
 
         covariance = covariance_then + (speed age)^2 I,  age = time - located_at.
 
@@ -67,7 +67,7 @@ class EvaderLocator(LeafSystem):
 
     `located_at` is when the picture was taken, and negative before the first location: then
     `evader_position` is NaN and the covariance, row by row, infinite on its diagonal. `locations`
-    counts pictures that gave one; `readings` is what came of the last pictures, one by one.
+    counts pictures that gave a location; `readings` has one entry for each of the last pictures.
 
     Source: Zhang 2014, 2.3.3 and 2.3.4.2; covariances are ours.
 
@@ -76,7 +76,7 @@ class EvaderLocator(LeafSystem):
         speed: Of the evader, at most [m/s].
         period: Between looks at the input [s].
         offset: Of the first look [s].
-        features: One of `recognition.features.METHODS`.
+        features: One of `recognition.references.METHODS`.
         method: One of `localisation.relative.METHODS`.
 
     Raises:

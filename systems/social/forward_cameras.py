@@ -1,4 +1,4 @@
-"""The common agents' cameras, as sources of pictures for their albums, and how they share them."""
+"""The common agents' cameras, and the posting of their pictures to albums."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,11 +17,11 @@ from .maze_renderer import MazeRenderer
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """What pictures are drawn from.
+    """Poses at one time, from which pictures are drawn.
 
     Attributes:
-        number: Of the moment, or -1 before the first.
-        time: [s].
+        number: Number of the moment, or -1 before the first.
+        time: Time [s].
         agents: Poses of the common agents, shape (n, 3) [m], [m], [rad].
         evader, pursuer: Poses, shape (3,).
     """
@@ -77,10 +77,10 @@ class ForwardCameras(LeafSystem):
     ):
         super().__init__()
         require_positive("period", period)
-        # Not state: it is told all it draws, and remembers nothing of it.
+        # The renderer is not state: each picture depends only on its arguments.
         self._maze, self._count = maze, agents
         self._renderer: MazeRenderer | None = None
-        # Now, so that a system that cannot draw is told so before a simulation starts.
+        # Made now, so that a missing graphics library shows before a simulation starts.
         self._open()
         self._sensor = Sensor() if sensor is None else sensor
         self.period = float(period)
@@ -127,7 +127,7 @@ class ForwardCameras(LeafSystem):
         output.set_value(tuple(each for each in taken if each is not None))
 
     def _take(self, moment: Moment, agent: int) -> Picture | None:
-        # Every picture of the run has noise of its own.
+        # A unique frame number gives each picture of the run its own noise.
         frame = moment.number * self._count + agent
         if is_dropped(self._sensor, frame):
             return None

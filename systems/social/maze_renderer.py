@@ -45,11 +45,11 @@ _TILES, _TILE_PIXELS, _TILE_TONES = 8, 32, (120, 140)
 # Direction in which each light shines, and its strength: together they hardly reach white.
 _LIGHTS = (((1.0, 0.6, -0.9), 0.35), ((-0.7, -1.0, -0.9), 0.3), ((0.2, -0.3, -1.0), 0.2))
 _HEADLAMP = 0.65
-# What is nearer than this or farther is not drawn [m].
+# Only things between these distances are drawn [m].
 _NEAREST, _FARTHEST = 0.02, 100.0
-# Pixels of a photograph are means over their area: rows and columns of the renderer's to one.
+# A photograph's pixels are means over their area: rendered rows and columns for each of its own.
 _OVERSAMPLING = 2
-# Robots that are not there wait below the floor.
+# Absent robots are placed below the floor.
 _NOWHERE = RigidTransform([0.0, 0.0, -50.0])  # pyright: ignore[reportArgumentType, reportCallIssue]  # stubs want a shape
 
 
@@ -76,8 +76,8 @@ class MazeRenderer:
 
     Args:
         maze: Walls, cameras, the evader's marker.
-        common_agents: How many.
-        posters: What hangs on the walls, if not the maze's landmarks as they should.
+        common_agents: Number of common agents.
+        posters: Pictures on the walls; by default the maze's landmarks.
 
     Raises:
         InvalidInput: There are no common agents.
@@ -243,7 +243,7 @@ def _floor(maze: Maze) -> Poster:
 
 
 def _picture_mesh(poster: Poster) -> Mesh:
-    # A hair in front of the wall that it hangs on.
+    # Slightly in front of the wall that it hangs on.
     normal = np.cross(poster.corners[3] - poster.corners[0], poster.corners[1] - poster.corners[0])
     corners = poster.corners + 2e-4 * normal / np.linalg.norm(normal)
     done, png = cv2.imencode(".png", cv2.cvtColor(poster.picture, cv2.COLOR_RGB2BGR))

@@ -1,4 +1,4 @@
-"""The pursuer's dealings with other agents: whom it asks, and what it reads in friends' albums."""
+"""The pursuer's use of the social network: friend requests, and reading friends' albums."""
 
 import numpy as np
 from pydrake.systems.framework import EventStatus, LeafSystem
@@ -47,14 +47,14 @@ class NetworkEvolution(LeafSystem):
     iteration      1     -     -      -
     =============  ====  ====  =====  ===========
 
-    `interest` may be left open: then new agents are asked in turn, else the most interesting come
-    first. `connected` and `waiting` are 1 for friends and for agents whose answer is awaited; a
-    counter is 0 for agents who are neither. `tallies` has two numbers for each agent: iterations in
-    which it was asked and accepted, and in which it was asked and did not. `iteration` is how many
-    are done.
+    `interest` may be left open: then new agents are asked in turn, else those of greatest interest
+    first. `connected` is 1 for friends, `waiting` for agents whose answer is awaited; `counters` is
+    0 for agents whose answer is not awaited. `tallies` has two numbers for each agent: iterations
+    in which it was asked and accepted, and in which it was asked and did not. `iteration` is the
+    number of iterations done.
 
-    The network is outside the simulation, as Meshcat is: it is told of the beginning when the
-    simulator is initialised, and from there a run with a network in memory repeats exactly.
+    The network is outside the simulation, as Meshcat is. It is started when the simulator is
+    initialised; from there a run with a network in memory repeats exactly.
 
     Source: Zhang 2014, Algorithm 2.
 
@@ -161,8 +161,8 @@ class ImageScanner(LeafSystem):
     pictures_scanned  1                           -     -      -
     ================  ==========================  ====  =====  ===========
 
-    `connected` is `NetworkEvolution`'s. `pictures` are those that the last look found new, empty if
-    none; `pictures_scanned` is how many there were in all, so it tells a new look from an old one.
+    `connected` is `NetworkEvolution`'s. `pictures` holds the new pictures of the last look, perhaps
+    none; `pictures_scanned` is their total number so far, which shows whether new ones have come.
 
     Source: Zhang 2014, Algorithm 3.
 

@@ -1,4 +1,4 @@
-"""The pursuer: plans a route to where the evader was located, and follows it."""
+"""The pursuer: plans a route to the evader's estimated position, and follows it."""
 
 import math
 from collections.abc import Sequence
@@ -19,23 +19,23 @@ from ..numerics.social.routes.motion import (
 )
 from ..numerics.social.routes.shortest_route import RouteGraph, shortest_route
 
-# Entries of the state before the route's points: which location it leads to, where on it the robot
-# is, on which side it passes others, for how long it has not come forward, who stood in the way and
-# until when that counts, and the number of points.
+# Entries of the state before the route's points: time stamp of the location it leads to, arc length
+# reached, side on which it passes others, time without progress, position of the robot that blocked
+# the way and until when that counts, and the number of points.
 _LOCATED, _ARC, _SIDE, _STUCK, _BLOCK_X, _BLOCK_Y, _UNTIL, _CORNERS, _POINTS = range(9)
-# After so long without progress it looks for another way [s], round what it keeps in mind for so
-# long [s].
+# Time without progress after which it looks for another way, and time for which it then avoids the
+# blocking robot [s].
 _PATIENCE, _MEMORY = 2.0, 10.0
-# Progress along the route that counts [m].
+# Least progress along the route that counts [m].
 _PROGRESS = 1e-3
 
 
 class RoutePursuer(LeafSystem):
-    """Goes to the evader's estimated position by the shortest way, round whoever is in the way.
+    """Drives to the evader's estimated position by the shortest way, round robots in its way.
 
-    A new route is planned (Algorithm 4) whenever the evader is located anew, where a deviation has
-    led out of sight of the old one, and after a while behind a robot that does not go away. Before
-    the first location the pursuer rests; near the end of its route it waits for the next.
+    A new route is planned (Algorithm 4) whenever the evader is located anew, when a deviation has
+    led out of sight of the old route, and after some time behind a robot that does not move away.
+    Before the first location the pursuer rests; near the end of its route it waits for the next.
 
     .. pydrake_system::
 
@@ -67,9 +67,9 @@ class RoutePursuer(LeafSystem):
     Source: Zhang 2014, Algorithm 4 and 2.3.4.3.
 
     Args:
-        graph: Of the pursuer's own grown obstacles.
-        world: Whose walls its sensors tell of.
-        regions: Where its centre may be: a little more than where its routes lead.
+        graph: Route graph among the obstacles, grown for the pursuer.
+        world: World whose walls its sensors measure.
+        regions: Where its centre may be: slightly larger than the regions of `graph`.
         law: How it follows its route.
         ring: Where its sensors look.
         radius: Of every robot [m].
@@ -122,7 +122,7 @@ class RoutePursuer(LeafSystem):
         return self.GetOutputPort("route")
 
     def _planned(self, context, position: np.ndarray) -> np.ndarray:
-        """The state that the present location of the evader calls for."""
+        """The plan for the present location: the old one, or with a new route if that is needed."""
         plan = np.array(context.get_discrete_state(self._plan).value())
         located = float(read(self._located, context)[0])
         if located < 0.0:
@@ -143,7 +143,7 @@ class RoutePursuer(LeafSystem):
     def _way(
         self, position: np.ndarray, goal: np.ndarray, plan: np.ndarray, time: float
     ) -> np.ndarray:
-        """The shortest route that leaves out who stood in the way lately, if there is one."""
+        """The shortest route round the robot that blocked the way lately, if there is one."""
         if time < plan[_UNTIL]:
             distance = 2 * self._radius + self._law.passing_gap
             block = plan[_BLOCK_X : _BLOCK_Y + 1]
@@ -200,12 +200,12 @@ class RoutePursuer(LeafSystem):
         expected: np.ndarray,
         now: float,
     ) -> None:
-        """Keep in mind whoever stands nearest, and have a new route planned next time."""
+        """Remember the nearest robot as a block, and request a new route for the next step."""
         plan[_STUCK] = 0.0
         felt = np.where(ranges < expected, ranges, np.inf)
         nearest = float(felt.min())
         if math.isfinite(nearest):
-            # Who reaches into two cones alike is between them.
+            # A robot with equal ranges in two cones lies between them.
             bearing = float(pose[2]) + float(np.mean(self._bearings[felt < nearest + 1e-3]))
             away = nearest + 2 * self._radius
             plan[_BLOCK_X] = pose[0] + away * math.cos(bearing)

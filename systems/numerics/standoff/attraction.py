@@ -1,4 +1,4 @@
-"""What a stand-off loop attracts: its energy, the border of its region, and the starts that settle.
+"""Region of attraction of a stand-off loop: its energy, its border, and the starts that settle.
 
 In the state (y, z), z the integral of f, and with q = 1 - K_D f',
 
@@ -6,8 +6,9 @@ In the state (y, z), z the integral of f, and with q = 1 - K_D f',
 
     q E' = -K_P f^2 q, so E' = -K_P f^2: it falls wherever q > 0.
 
-Hence there are no limit cycles, and the part of E < E(edge) around the wanted equilibrium is
-attracted to it, where the edge is the other equilibrium or the singularity, whichever is nearer.
+Hence there are no limit cycles, and the part of E < E(edge) around the wanted equilibrium belongs
+to its region of attraction. The edge is the other equilibrium or the singularity, whichever is
+nearer.
 
 With an integral part the exact border is the stable manifold of the edge. Multiplied by q > 0, the
 equations
@@ -18,7 +19,7 @@ are smooth, and have saddles where f = 0 and where q = 0 = K_P f + K_I z. The ma
 one is traced backwards. The energy grows backwards, so the curve never comes back between the
 equilibrium and the saddle, and crosses z = 0 beyond the equilibrium exactly once.
 
-All this is worked out in the loop's own units: the wanted equilibrium at zero, the edge at one.
+The border is computed in normalised units: the wanted equilibrium at zero, the edge at one.
 With y = rest + d x, time in units of 1 / (K_P s) and K_I z in units of K_P s d,
 
     q x' = m + w,   w' = ratio m,   m = x (x / other - 1),   q = 1 + damping - 2 damping x / other,
@@ -69,10 +70,10 @@ def energy(loop: StandoffLoop, y: ArrayLike, integral: ArrayLike) -> np.ndarray:
 
 
 def certified_interval(loop: StandoffLoop) -> tuple[float, float]:
-    """Starts with an empty integral that the energy alone certifies, low and high [m].
+    """Interval of starts with zero integral that the energy alone certifies, low and high [m].
 
-    Inside the exact region, and equal to it on the side of the edge. A straight error (a = 0) has
-    an energy that grows without bound: everything is certified.
+    It lies inside the exact region, and ends where that does on the side of the edge. For a
+    straight error (a = 0) the energy grows without bound: everything is certified.
     """
     barrier = edge(loop)
     if math.isinf(barrier):
@@ -92,18 +93,19 @@ def certified_interval(loop: StandoffLoop) -> tuple[float, float]:
     return math.nextafter(low, high), math.nextafter(high, low)
 
 
-# Ratios that the digits of a float tell from none and from endless; a derivative lowers the higher.
+# Ratios outside these cannot be told from zero or infinity in double precision; a derivative part
+# lowers the upper one.
 _WEAKEST, _STRONGEST = 1e-14, 1e12
 
 
 @dataclass(frozen=True)
 class NormalisedLoop:
-    """The numbers above.
+    """Parameters of the normalised equations in the module's docstring.
 
     Attributes:
-        rest: Of the wanted equilibrium [m].
+        rest: Distance of the wanted equilibrium [m].
         distance: d, negative for an error with a < 0 [m].
-        integral_unit: What w = 1 stands for [m s]; zero without an integral part.
+        integral_unit: Integral z for w = 1 [m s]; zero without an integral part.
         other, damping, ratio: See above [1].
     """
 
@@ -147,9 +149,10 @@ def normalise(loop: StandoffLoop) -> NormalisedLoop:
     )
 
 
-# From the saddle, as a part of its distance to the equilibrium; the square is what is neglected.
+# Where tracing starts: distance from the saddle, as a part of the saddle's distance from the
+# equilibrium; the error is of the order of its square.
 _OFFSET = 1e-6
-# How many times farther than the saddle the border is traced before it counts as endless.
+# How many times farther than the saddle the border is traced before it counts as unbounded.
 _FAR = 1e6
 # K_I / (K_P^2 s) below which motions first creep along m + w = 0 (see `_creep`).
 _WEAK = 1e-3
@@ -190,7 +193,7 @@ def separatrix(loop: StandoffLoop) -> Separatrix:
         x, w = state
         miss = unit.miss(x)
         x_rate, w_rate = -(miss + w), -unit.ratio * miss * unit.inertia(x)
-        # At a pace that grows with the distance: a spiral outwards takes equal times per turn.
+        # The pace grows with the distance, so that each turn of an outward spiral takes equal time.
         pace = (1 + math.hypot(x, w)) / math.hypot(x_rate, w_rate)
         return [x_rate * pace, w_rate * pace]
 
@@ -342,10 +345,10 @@ _STEP = 0.02
 
 
 def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) -> np.ndarray:
-    """Follow motions until the energy certifies them, or they pass the edge for good.
+    """Integrate motions until the energy certifies them, or they have passed the edge for good.
 
-    Motions beyond the singularity count as not attracted, and so do those that are undecided at
-    the end, beside the border.
+    Motions beyond the singularity count as not attracted, and so do those, near the border, that
+    are still undecided at the end.
 
     Args:
         loop: With an integral part.
@@ -379,7 +382,7 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
         now = states[:, alive]
         inside = (side * (border - now[0]) > 0) & (energy(loop, now[0], now[1]) < level)
         found[alive[inside]] = True
-        # Beyond the other equilibrium, with an integral that drives it on.
+        # Lost: beyond the other equilibrium, with an integral that drives the motion farther.
         gone = (side * (now[0] - other) >= 0) & (side * now[1] >= 0)
         gone |= loop.inertia(now[0]) <= 0
         alive = alive[~(inside | gone)]

@@ -1,7 +1,7 @@
-"""The stand-off loop: the estimate's error, the controller, and the distances at which it can rest.
+"""The stand-off loop: the estimate's error, the controller, and its equilibrium distances.
 
 The estimate's error is a parabola, e(y) = a y^2 + b y + c, true minus estimated distance. The
-pursuer drives at the evader's velocity plus what the controller makes of the miss
+pursuer drives at the evader's velocity plus the controller's output for the miss
 eps = y - e(y) - r, estimated minus wanted distance. With f = -eps,
 
     f(y) = a y^2 + (b - 1) y + c + r,    f'(y) = 2 a y + b - 1,
@@ -15,10 +15,10 @@ the block diagram says y' = K_P f + K_I z + K_D f'(y) y' with z' = f, z(0) = 0. 
 
 The loop can rest at the roots of f; its equation breaks down where 1 - K_D f' = 0.
 
-The parabola is a fit between two distances. Beyond them it is a guess, and the thesis's wanted
-equilibrium at 0.22 m lies below the shortest, 0.38 m. A cautious estimator holds the error of the
-nearer end instead: then f falls with slope -1 outside, and there may be other equilibria
-(`held_equilibria`).
+The parabola is a fit between two distances. Beyond them it is an extrapolation, and the thesis's
+wanted equilibrium at 0.22 m lies below the shortest one, 0.38 m. A cautious estimator uses the
+error at the nearer end instead: then f falls with slope -1 outside, and there may be other
+equilibria (`held_equilibria`).
 
 Source: Zhang 2014, 2.2.7, (2.8) for the error, in millimetres there and in metres here, and
 (2.9)-(2.12) for the loop. Printed one derivative too high on the left of (2.10)-(2.12), and with
@@ -110,7 +110,7 @@ class StandoffLoop(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        # Without it a PI or PID controller has a whole line of states at rest.
+        # With ki = 0 a PI or PID controller would have a whole line of equilibria.
         refuse = require_positive if self.integrates else require_non_negative
         refuse("ki", self.ki)
 
@@ -166,9 +166,9 @@ class Equilibrium:
         y: True distance [m]; it differs from the reference by the estimate's error there.
         stable: Whether all poles lie in the left half plane.
         poles: Of the linearised closed loop [1/s], slowest first.
-        realisable: Whether a derivative filter, however fast, leaves the loop as it is here:
-            1 - K_D f'(y) > 0. If not, the equation has this equilibrium and a real loop runs away
-            from it, even if the poles are stable.
+        realisable: Whether a loop with a fast derivative filter behaves like the ideal one:
+            1 - K_D f'(y) > 0. If not, a real loop runs away from this equilibrium, even if the
+            poles here are stable.
     """
 
     y: float
@@ -240,7 +240,7 @@ def root_slope(loop: StandoffLoop) -> float:
 
 
 def span(loop: StandoffLoop) -> float:
-    """A length to measure motions by: between the equilibria, and 1 m for a = 0 [m].
+    """Length scale of motions: distance between the equilibria, or 1 m for a = 0 [m].
 
     Raises:
         InvalidInput: As for `equilibria`.

@@ -1,8 +1,8 @@
-"""How a stand-off loop answers from a starting distance, and how late an estimate may come for it.
+"""Response of a stand-off loop from a starting distance, and its delay margin.
 
 `respond` integrates the closed loop until it settles, breaks down or runs away. `delay_margin` is
-about a loop whose estimate comes late: linear round the wanted equilibrium, with s = -f' there, the
-loop that is open behind the estimate is L(jw) = s (K_P + K_I / jw + K_D jw / (1 + jw tau)) / jw,
+for a loop whose estimate comes late: linearised at the wanted equilibrium, with s = -f' there, the
+open loop, cut behind the estimate, is L(jw) = s (K_P + K_I / jw + K_D jw / (1 + jw tau)) / jw,
 with tau the derivative filter's time constant. A delay T multiplies it by exp(-jwT). The delay
 margin is the smallest T that brings L to -1: (pi + arg L) / w at the smallest such quotient over
 the frequencies with |L| = 1.
@@ -22,8 +22,8 @@ from .loop import StandoffLoop, root_slope, singularities, span, wanted_equilibr
 
 SETTLED, SINGULAR, DIVERGED, MOVING = "settled", "singular", "diverged", "moving"
 
-# As a part of the distance between the equilibria (see `span`): who is this far away is lost, and
-# who is this near to an equilibrium, in place and in rate, has settled.
+# In units of the distance between the equilibria (see `span`): a motion this far away has diverged,
+# and one this near to an equilibrium, with its integral this near to zero, has settled.
 _LOST, _NEAR = 1e6, 1e-7
 # How near to the singularity, in 1 - K_D f', the equation counts as broken down.
 _BREAKDOWN = 1e-9
@@ -72,11 +72,11 @@ def respond(
     """
     require_start(loop, start)
     require_positive("duration", duration)
-    # From the wanted equilibrium, f = x (a x - s): however far away that is, nothing cancels.
+    # In x = y - rest, f = x (a x - s), without cancellation, however large `rest` is.
     rest, slope, curvature = wanted_equilibrium(loop).y, root_slope(loop), loop.error.a
     rests = [0.0, slope / curvature] if curvature else [0.0]
     length, away = span(loop), start - rest
-    # Equilibria may lie very far apart: near is near to the wanted one.
+    # Equilibria may lie very far apart, so the tolerance is bounded.
     near = _NEAR * min(length, 1.0)
     gain, derivative = loop.integral_gain, loop.derivative_gain
 
@@ -160,7 +160,7 @@ class DelayMargin:
 
     Attributes:
         delay: Largest delay that leaves the loop stable [s]; zero if none does.
-        frequency: At which it swings at that delay [rad/s]; infinite for a margin of zero.
+        frequency: Frequency of oscillation at that delay [rad/s]; infinite for a margin of zero.
     """
 
     delay: float

@@ -1,4 +1,4 @@
-"""The stand-off loop as a computer closes it: its law, its margins, and gains that have them.
+"""The sampled stand-off loop: its control law, its margins, and the design of its gains.
 
 With eps the estimated minus the wanted distance, the law at every sample is
 
@@ -6,10 +6,9 @@ With eps the estimated minus the wanted distance, the law at every sample is
     v = u within the limit,   w += h d,   z += h (eps + (v - u) / K_P)
 
 with z the integral, w the filtered miss, d its rate, h the sample time, tau the filter's time
-constant, and v the command. The rate is exactly that of w, so that no derivative is lost or gained
-between samples: d = (eps - w) / tau would be too strong by half of h / tau. At the limit the
-integral moves to where it alone gives the limit, so that it does not wind up. The filter starts at
-the first miss, so that switching on gives no kick.
+constant, and v the command. The rate d is exactly that of w between samples: d = (eps - w) / tau
+would be too large by half of h / tau. At the limit the integral is corrected by (v - u) / K_P, so
+that it does not wind up. The filter starts at the first miss, so that switching on gives no kick.
 
 Linear round the wanted equilibrium, with s = -f' there, an estimate that is d samples late, and
 beta = 1 - exp(-h / tau), the loop that is open behind the estimate is exactly
@@ -23,7 +22,7 @@ On the unit circle |x|^2 = v = 4 sin^2(w h / 2), so that |L| = 1 is a cubic in v
     s^2 h^2 ((A v)^2 + B^2 v + C^2 - A B v^2 + A C (v^2 - 2 v) - B C v)
         = v^2 (beta^2 + (1 - beta) v)
 
-The chosen gains are those whose slowest pole is fastest, of all on a grid: K_D s on a fixed grid,
+The chosen gains are those on a grid whose slowest pole is fastest: K_D s on a fixed grid,
 K_P s h on a geometric one, and K_I = K_P^2 s / (4 zeta^2), with which the ideal PI loop has damping
 zeta. The largest K_P that keeps the margins is bisected at each K_D.
 
@@ -239,13 +238,13 @@ def sampled_loop(loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
 
 @dataclass(frozen=True, eq=False)
 class LoopMargins:
-    """How far a loop is from swinging.
+    """How far a loop is from instability.
 
     Attributes:
         stable: Whether all poles lie inside the unit circle. If not, the margins say nothing.
         poles: z, slowest first.
-        gain_margin: Smallest factor above 1 on all gains at which it swings; infinite: none.
-        gain_reduction: Largest factor below 1 at which it swings; zero: none.
+        gain_margin: Smallest factor above 1 on all gains at which L passes -1; infinite: none.
+        gain_reduction: Largest factor up to 1 at which L passes -1; zero: none.
         gain_frequency: Where the gain margin is taken [rad/s]; NaN without one.
         phase_margin: Smallest over all crossovers [rad]; infinite without one.
         crossover: Where the phase margin is taken [rad/s]; NaN without one.
@@ -300,7 +299,7 @@ def loop_margins(linear: SampledLoop) -> LoopMargins:
 
 
 def frequency_grid(linear: SampledLoop) -> np.ndarray:
-    """Frequencies fine enough for all that the loop does, up to pi / h, rising [rad/s].
+    """Frequency grid that resolves the loop's corners and delay, up to pi / h, rising [rad/s].
 
     Args:
         linear: See `sampled_loop`.
@@ -320,9 +319,9 @@ def _phase(linear: SampledLoop, frequency: float) -> float:
 
 
 def _gains_that_swing(linear: SampledLoop, grid: np.ndarray) -> list[tuple[float, float]]:
-    """Factors at which L passes -1, and where: L is real and negative there."""
+    """Factors on all gains at which L passes -1, and the frequencies, where L is negative real."""
     seen = linear.response(grid)
-    # Turned so that crossings of the negative axis are changes of sign.
+    # L crosses the negative real axis where its imaginary part changes sign and Re L < 0.
     changes = np.flatnonzero((np.diff(np.sign(seen.imag)) != 0) & (seen.real[1:] < 0))
     found = []
     for k in changes.tolist():
@@ -427,7 +426,7 @@ class Specification:
 
 
 def _angle(value: float) -> str:
-    """An angle for those who give it in radians, as functions take it, or in degrees."""
+    """Word an angle in radians and in degrees, for error messages."""
     return f"{value:.4g} rad ({math.degrees(value):.4g} degrees)"
 
 
@@ -502,5 +501,5 @@ def design_gains(
 
 
 def _pace(design: StandoffDesign) -> float:
-    """What is left of a miss after one sample, in the long run."""
+    """Magnitude of the slowest pole: the share of a miss that remains after each sample."""
     return float(np.abs(design.margins.poles[0]))

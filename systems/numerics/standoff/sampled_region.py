@@ -1,4 +1,4 @@
-"""Which starts settle in the stand-off loop that a computer closes, with delay, limit and filter.
+"""Region of attraction of the sampled stand-off loop, with delay, limit and filter.
 
 Near rest a motion is decided by a certificate. With the linear loop x+ = M x, P of the Lyapunov
 equation M'PM - P = -I, |x|^2 = x'Px, and the miss s d - a d^2 of a deviation d of the oldest
@@ -6,8 +6,8 @@ distance, which pushes the state along g,
 
     |x+| <= sqrt(1 - 1 / max eig P) |x| + |g| |a| d^2,   d^2 <= (P^-1)_dd |x|^2,
 
-so that |x| falls in every ball where the second term is less than what the first one loses, as
-long as the command keeps within its limit there. Far away a motion is lost for good once it is
+so that |x| falls in every ball where the second term is less than the decrease by the first, as
+long as the command stays within its limit there. Far away a motion is lost for good once it is
 beyond the other equilibrium, has not come nearer for as long as the delay, and neither integral nor
 derivative pulls it back: then every later command drives it farther.
 
@@ -27,10 +27,11 @@ from .attraction import RegionOfAttraction
 from .loop import StandoffLoop, other_equilibrium, span, wanted_equilibrium
 from .sampled_loop import SampledPid, sampled_loop
 
-# Of the starts that `sampled_region` tries: how far from rest, as a part of `span`, how many on
-# each side, and how many more in each of how many rounds between the last good one and the next.
+# Starts that `sampled_region` tries: nearest and farthest from rest, in units of `span`; their
+# number on each side; then, to refine the end of the region, their number in each round, and the
+# number of rounds.
 _NEAREST, _FARTHEST, _TRIED, _FINER, _ROUNDS = 1e-4, 1e4, 160, 8, 10
-# A limited loop takes long over long ways.
+# The same `_FARTHEST` for a loop with a speed limit, which takes long over large distances.
 _FARTHEST_LIMITED = 30.0
 # How many times the slowest pole's time a motion is followed, and how many samples at most.
 _TIMES, _MOST = 25.0, 40_000
@@ -40,12 +41,12 @@ _LOST = 1e6
 
 @dataclass(frozen=True, eq=False)
 class CertifiedBall:
-    """States around rest that are attracted for sure: |x| < radius, |x|^2 = x' matrix x.
+    """States around rest certified to be attracted: |x| < radius, |x|^2 = x' matrix x.
 
     Attributes:
         matrix: P, shape (n, n).
-        radius: In the norm of P; zero for a loop that is not stable, or hardly so [1].
-        parts: Which entries of the state of `SampledLoop.matrix` x has, shape (d + 3,).
+        radius: Radius in the norm of P; zero for an unstable or hardly stable loop [1].
+        parts: Which entries of the state of `SampledLoop.matrix` belong to x, shape (d + 3,).
     """
 
     matrix: np.ndarray
@@ -126,9 +127,9 @@ def attracted_by_sampled(
     *,
     delay_samples: int = 0,
 ) -> np.ndarray:
-    """Follow motions behind an evader at rest until they are decided.
+    """Simulate motions behind an evader at rest until it is decided whether they settle.
 
-    What is undecided at the end, on the border or in a cycle, counts as not attracted.
+    Motions that are undecided at the end, on the border or in a cycle, count as not attracted.
 
     Args:
         loop: Gains, reference and error.
@@ -150,7 +151,7 @@ def attracted_by_sampled(
     if ball.radius == 0:
         return found.reshape(y.shape)
     starts = y.ravel()
-    # In the state of all entries those that have no part weigh nothing.
+    # P for the full state: entries that do not belong to x have weight zero.
     matrix = np.zeros((delay_samples + 3, delay_samples + 3))
     matrix[np.ix_(ball.parts, ball.parts)] = ball.matrix
     linear = sampled_loop(loop, sampled, delay_samples)
@@ -191,14 +192,14 @@ def _follow(motion, matrix, starts, integrals, delay_samples, count, found):
             oldest = ring[(head + 1) % (delay_samples + 1)]
             miss = _miss(motion, oldest)
             if k % 4 == 0 and (ring[0] - motion.rest) ** 2 < motion.radius_squared:
-                # P is at least the identity: only now is |x| worth its multiplications.
+                # As P is at least the identity, |x| can only now be less than the radius.
                 for j in range(delay_samples + 1):
                     state[j] = ring[(head - j) % (delay_samples + 1)] - motion.rest
                 state[-2], state[-1] = total, filtered
                 if np.dot(state, np.dot(matrix, state)) < motion.radius_squared:
                     found[n] = True
                     break
-            # Beyond the other equilibrium, and everything drives it on.
+            # Lost: beyond the other equilibrium, and every term drives the motion farther.
             if (
                 rising >= delay_samples
                 and side * (oldest - motion.other) > 0
@@ -227,7 +228,7 @@ def _miss(motion, y):
 def _samples(
     loop: StandoffLoop, sampled: SampledPid, delay_samples: int, starts: np.ndarray
 ) -> int:
-    """How many samples a motion is followed: until the slowest pole, and the limit, had time."""
+    """Number of samples to simulate: enough for the slowest pole and for the speed limit."""
     count = _settling(loop, sampled, delay_samples)
     if not math.isinf(sampled.limit):
         rest = wanted_equilibrium(loop).y
@@ -245,7 +246,7 @@ def _settling(loop: StandoffLoop, sampled: SampledPid, delay_samples: int) -> fl
 def sampled_region(
     loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
 ) -> RegionOfAttraction | None:
-    """The starts around rest, with an empty integral and an evader that stands still, that settle.
+    """Interval of starts around rest that settle, with zero integral and an evader at rest.
 
     Unlike the continuous loop's, the set of such starts may have gaps; this is the interval around
     rest up to the first start, of some hundreds that are tried, that does not settle. Its ends are
@@ -258,8 +259,8 @@ def sampled_region(
         delay_samples: How many samples late the estimate comes.
 
     Returns:
-        None if the loop is not stable, or so slow for its clock that its motions take more than
-        40,000 samples: then `region_of_attraction` is what there is to know.
+        None if the loop is not stable, or so slow for its sample time that its motions take more
+        than 40,000 samples: use `region_of_attraction` then.
 
     Raises:
         InvalidInput: There is no equilibrium.

@@ -1,10 +1,10 @@
-"""What hangs on the walls and on the evader: pictures that no two landmarks share.
+"""Pictures of the landmarks on the walls and of the evader's marker, each of them unique.
 
-Each is a sign in dark ink on a patchwork of light and dark pieces of several sizes: the large ones
-are still there when the picture is seen small, the small ones place it well when it is near.
+Each is a sign in dark ink on a patchwork of light and dark pieces of two sizes: the large pieces
+are still visible from far away, the small ones locate the picture precisely when it is near.
 
-The thesis's landmarks are Chinese characters. These signs are none, but built like some: two or
-three parts, side by side or one above the other, each a small set of strokes on a grid.
+The thesis's landmarks are Chinese characters. These signs are not, but have a similar structure:
+two or three parts, side by side or one above the other, each a few strokes on a grid.
 """
 
 from functools import lru_cache
@@ -48,9 +48,9 @@ def draw_glyph(rng: np.random.Generator, size: int, stroke: float = 0.075) -> np
     """Draw a sign.
 
     Args:
-        rng: Decides layout, parts, and how the hand trembles.
-        size: Of the picture [px].
-        stroke: Width of a stroke, of the whole.
+        rng: Draws layout, parts, and small deviations of the strokes.
+        size: Width and height of the picture [px].
+        stroke: Width of a stroke, as a share of the picture's.
 
     Returns:
         Ink, 0 to 1, shape (size, size), float32.
@@ -87,9 +87,9 @@ def _brush(rng: np.random.Generator, ends: np.ndarray, stroke: float) -> np.ndar
 PIXELS = 256
 # Separates the random numbers of landmarks from those of markers.
 _LANDMARK, _MARKER = 0, 1
-# How strong the patchwork is, beside white paper.
+# Contrast of the patchwork to white paper.
 _CONTRAST = 0.7
-# Width of frame and of the white line inside it, of the side.
+# Widths of the frame and of the white line inside it, as shares of the side.
 _FRAME, _LINE = 0.035, 0.02
 
 
@@ -106,7 +106,7 @@ def landmark_picture(number: int, pixels: int = PIXELS) -> np.ndarray:
 
 @lru_cache(maxsize=4)
 def marker_picture(pixels: int = PIXELS) -> np.ndarray:
-    """The marker's picture, as of a landmark, but of bolder pieces: the marker is smaller.
+    """The marker's picture: like a landmark's, but with larger pieces, as the marker is smaller.
 
     Args:
         pixels: Width and height.

@@ -1,6 +1,6 @@
-"""The thesis's maze, and where to hang landmarks in any: so that pictures show one, better two.
+"""The thesis's maze, and a placement of landmarks so that pictures show one or, better, two.
 
-The maze is the 8 ft x 8 ft one of Zhang 2014, 2.3.4, with obstacles of our own: its figure is no
+The maze is the 8 ft x 8 ft one of Zhang 2014, 2.3.4, with our own obstacles, as its figure is not a
 plan.
 """
 
@@ -15,25 +15,25 @@ from ...geometry.segment_sight import are_clear
 from ...geometry.world import World, make_world
 from .maze import Landmark, Maze
 
-# Between candidates along a wall, and between a landmark and the wall's end [m].
+# Spacing of candidates along a wall, and distance between a landmark and the wall's end [m].
 _STEP, _MARGIN = 0.04, 0.02
-# Views that are counted: from a grid of points about as many as this, in so many headings.
+# Views that are counted: approximate number of grid points, and headings at each.
 _POINTS, _HEADINGS = 400, 12
-# A landmark serves from these distances, in sides, at up to this angle off its normal, when its
-# middle is up to this angle off the camera's axis [rad].
+# A landmark serves a view between these distances, in sides, at up to this angle off its normal,
+# when its middle is up to this angle off the camera's axis [rad].
 _NEAREST, _FARTHEST = 2.0, 8.0
 _OBLIQUE, _OFF_AXIS = math.radians(60), math.radians(25)
-# What each further landmark in a view is worth, of the one before.
+# Worth of each further landmark in a view, relative to the one before.
 _WORTH = 0.3
 
 
 def hang_landmarks(
     world: World, count: int, *, side: float = 0.26, middle_height: float = 0.18
 ) -> tuple[Landmark, ...]:
-    """Hang landmarks one by one, each where it adds most to what is seen from all over.
+    """Place landmarks one by one, each where it adds most over all views.
 
     Args:
-        world: Whose rings are the walls.
+        world: World whose rings are the walls.
         count: How many.
         side, middle_height: Of each landmark [m].
 
@@ -84,7 +84,7 @@ def _candidates(ring: np.ndarray, side: float) -> np.ndarray:
         along = (end - start) / length
         # Free space lies to the left.
         facing = math.atan2(along[0], -along[1])
-        # The wall's middle first of all: equal claims fall to it.
+        # From the wall's middle outwards, so that the middle wins ties.
         offsets = np.linspace(-0.5 * room, 0.5 * room, 2 * math.ceil(0.5 * room / _STEP) + 1)
         for offset in sorted(offsets.tolist(), key=abs):
             found.append((*(0.5 * (start + end) + offset * along), facing))
@@ -105,11 +105,11 @@ def _serves(world: World, candidates: np.ndarray, side: float) -> np.ndarray:
     good &= np.cos(bearing - candidates[:, None, 2]) >= math.cos(_OBLIQUE)
     rows, columns = np.nonzero(good)
     normals = np.column_stack([np.cos(candidates[:, 2]), np.sin(candidates[:, 2])])
-    # A hair in front of the wall, so that the wall itself is not in the way.
+    # Slightly in front of the wall, so that the wall itself does not block the view.
     ends = candidates[rows, :2] + 1e-6 * world.size * normals[rows]
     good[rows, columns] = are_clear(build_edge_index(world), points[columns], ends)
     headings = 2 * math.pi * np.arange(_HEADINGS) / _HEADINGS
-    # Seen from a point, the landmark lies the other way.
+    # `bearing` leads from the landmark to the point; the view looks the opposite way.
     turned = np.cos(bearing[..., None] + math.pi - headings) >= math.cos(_OFF_AXIS)
     return (good[..., None] & turned).astype(float)
 

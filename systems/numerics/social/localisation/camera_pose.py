@@ -13,15 +13,15 @@ from ..recognition.recognition import LandmarkDetection
 from .perspective import slopes
 from .relative import Relative, relative_poses
 
-# Sum of squares of one landmark's eight residuals from which on it counts less and less (Geman and
-# McClure 1987); one that counts less than a quarter is not used.
+# Scale of the robust weight: a landmark's weight falls as the sum of squares of its eight residuals
+# passes this (Geman and McClure 1987); one with a weight below a quarter is not used.
 _DOUBTFUL, _USED = 60.0, 0.25
 _STEPS, _ENOUGH = 15, 1e-6
 # Two estimates nearer than this are one [m or rad].
 _SAME = 0.01
-# Estimates that explain the picture worse than the best by this are out of the question.
+# Estimates whose cost exceeds the best one's by this are dropped.
 _WORSE = 25.0
-# A camera may seem to be this far inside a wall [m].
+# Estimates of the camera may lie this far inside a wall [m].
 _WALL_SLACK = 0.05
 
 
@@ -32,7 +32,7 @@ class CameraPose:
     Attributes:
         pose: x, y [m], heading [rad], shape (3,).
         covariance: Shape (3, 3).
-        cost: Of the residuals, in squared deviations.
+        cost: Robust sum of squared residuals, in units of their variances.
         used: Numbers of the landmarks that agree with it.
     """
 
@@ -47,17 +47,17 @@ def camera_poses(
 ) -> list[CameraPose]:
     """Poses from which a picture may have been taken, the likeliest first.
 
-    By "level" all landmarks are fitted at once, with weights that forget those that disagree. By
-    the other methods each landmark gives a pose of its own, and those that agree with the one that
-    most agree with are averaged by their covariances.
+    Method "level" fits all landmarks at once, with robust weights that reduce the influence of
+    those that disagree. With the other methods each landmark gives its own poses, and around each
+    of them those that agree are averaged by their covariances.
 
     Args:
-        maze: Where.
+        maze: Map of the landmarks.
         landmarks: Detections of upright landmarks of the maze.
         method: One of METHODS.
 
     Returns:
-        Only poses inside the maze; none if there is no such.
+        Poses inside the maze only; may be empty.
     """
     single = []
     for detection in landmarks:
@@ -80,7 +80,7 @@ def camera_poses(
 
 
 def _placed(landmark: Landmark, relative: Relative) -> CameraPose:
-    """The camera's pose when a landmark stands before it like that."""
+    """Camera pose in the world, from a landmark's pose relative to the camera."""
 
     def camera(pose: np.ndarray) -> np.ndarray:
         heading = landmark.facing - pose[2]
@@ -115,7 +115,7 @@ def _fit(
     for _ in range(_STEPS):
         error = residuals(pose).reshape(-1, 8)
         slope = slopes(residuals, pose).reshape(-1, 8, 3)
-        # A landmark that would be behind the camera has no say.
+        # A landmark that would be behind the camera is ignored.
         ahead = np.array(
             [
                 np.isfinite(e).all() and np.isfinite(j).all()
@@ -149,7 +149,7 @@ def _fit(
 
 
 def _average(single: Sequence[CameraPose], around: CameraPose) -> CameraPose | None:
-    """The mean of those that agree with one of them, weighted by their information."""
+    """Mean of the poses that agree with a given one, weighted by their information."""
     information, pull, cost = np.zeros((3, 3)), np.zeros(3), 0.0
     used = []
     for number in dict.fromkeys(each.used[0] for each in single):

@@ -1,9 +1,9 @@
-"""Camera and evader by the lengths of vertical edges, as in Zhang 2014, (2.14) and (2.15).
+"""Positions of camera and evader from lengths of vertical edges, Zhang 2014, (2.14) and (2.15).
 
-d_1 = f d_landmark / (n_edge / k_ppm) and theta = atan(n_dev / k_ppm / f). The printed (2.14) takes
-for the distance to an edge what is its depth along the camera's axis: an edge that appears at
-theta to the side is farther by 1 / cos(theta), 15% at 30 degrees. With `printed` it is taken as it
-stands.
+d_1 = f d_landmark / (n_edge / k_ppm) and theta = atan(n_dev / k_ppm / f). The printed (2.14) gives
+the depth of an edge along the camera's axis, not its distance: an edge that appears at theta to the
+side is farther by 1 / cos(theta), 15% at 30 degrees. With `printed` the equation is used
+unchanged.
 """
 
 import math
@@ -29,10 +29,10 @@ def edge_distance(
         length: Of the edge, d_landmark [m].
         pixels: Its length in the picture, n_edge [px].
         bearing: Of the edge off the camera's axis, theta of (2.15) [rad].
-        printed: Leave the bearing out, as the printed equation does.
+        printed: Whether to ignore the bearing, as the printed equation does.
 
     Raises:
-        InvalidInput: A length that is not positive.
+        InvalidInput: A length is not positive.
     """
     require_positive("length", length)
     require_positive("pixels", pixels)

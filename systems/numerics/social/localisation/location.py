@@ -1,4 +1,4 @@
-"""From a picture of a friend's album to where the evader was, with an honest covariance."""
+"""The evader's position, with a realistic covariance, from a picture of a friend's album."""
 
 import math
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from .relative import METHODS, EvaderPlace, evader_place
 
 
 class Outcome(IntEnum):
-    """Whether there is a location, and why not. The first two come with one."""
+    """Whether there is a location, or why not. Only the first two come with one."""
 
     LOCATED = 0
     # It seemed to be a little inside a wall, and is given at the nearest place where it can be.
@@ -51,13 +51,14 @@ class Outcome(IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-# How far a location may lie inside a wall, in deviations, and never more than this [m].
+# How far a location may lie inside a wall, in standard deviations, and at most [m].
 _DEVIATIONS, _FARTHEST = 3.0, 0.3
-# Locations with a larger deviation than this say nothing [m].
+# Locations with a larger standard deviation than this are discarded [m].
 _UNSURE = 0.5
-# Of what no picture tells: the lens's place on the robot, the map [m], [rad].
+# Least deviations of the camera's pose, for errors of the lens's mounting and the map [m], [rad].
 _PLACE_FLOOR, _TURN_FLOOR = 2e-3, 1e-3
-# Less likely poses of the camera count by their cost, tempered: corners err more than they say.
+# Poses of the camera are weighted by their costs, divided by this, as corners err by more than
+# their covariances say.
 _TEMPER = 4.0
 
 
@@ -69,8 +70,9 @@ class Location:
         outcome: Whether there is a location, or why not.
         position: Shape (2,) [m]; NaN without a location.
         covariance: Shape (2, 2) [m^2]; infinite on its diagonal without a location.
-        camera: Where the picture was taken, if landmarks tell, evader or not; else None.
-        copies: Of the marker that it rests on.
+        camera: Where the picture was taken, if known from landmarks, even without the evader; else
+            None.
+        copies: Number of copies of the marker that it rests on.
     """
 
     outcome: Outcome
@@ -81,7 +83,7 @@ class Location:
 
 
 def no_location(outcome: Outcome, camera: CameraPose | None = None) -> Location:
-    """Nothing known of the evader, and why."""
+    """Make a result without a location, with the reason."""
     nowhere, anywhere = np.full(2, math.nan), np.diag([math.inf, math.inf])
     return Location(outcome=outcome, position=nowhere, covariance=anywhere, camera=camera)
 
@@ -137,7 +139,7 @@ def locate_evader(recognition: Recognition, maze: Maze, method: str = "level") -
 
 
 def _in_world(camera: CameraPose, place: EvaderPlace) -> tuple[np.ndarray, np.ndarray]:
-    """The evader's position and its covariance, by both doubts."""
+    """The evader's position, and its covariance from those of camera pose and relative place."""
 
     def position(values: np.ndarray) -> np.ndarray:
         x, y, heading, ahead, left = values
@@ -159,7 +161,7 @@ def _judge(maze: Maze, camera: CameraPose, position: np.ndarray, covariance: np.
     deviation = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
     if depth > min(_DEVIATIONS * deviation + maze.marker.depth, _FARTHEST):
         return Outcome.EVADER_OUTSIDE
-    # Seen past a corner at least by the width of the block and of the doubt about both.
+    # Visible if at least one end is: allow for the block's width and the uncertainty of position.
     way = nearest - camera.pose[:2]
     aside = np.array([-way[1], way[0]]) / max(float(np.hypot(*way)), 1e-9)
     aside = aside * (maze.marker.radius + _DEVIATIONS * deviation)
@@ -187,12 +189,12 @@ def nearest_free(maze: Maze, position: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What the pursuer makes of a picture.
+    """The pursuer's interpretation of a picture.
 
     Attributes:
-        picture: As it was posted.
-        recognition: What it shows; nothing if it is no picture.
-        location: Where the evader was when it was taken, or why there is no telling.
+        picture: The picture as it was posted.
+        recognition: What it shows; `NOTHING` if the file is no valid picture.
+        location: Where the evader was when it was taken, or why that is not known.
     """
 
     picture: Picture
@@ -206,13 +208,13 @@ def read_picture(
     """Read a picture, whatever it holds.
 
     Args:
-        picture: Of the network.
+        picture: Picture from the network.
         maze: The map.
-        references: Of the maze.
-        method: Of localisation.
+        references: References of the maze.
+        method: Method of localisation.
 
     Raises:
-        InvalidInput: No such method. Never because of the picture.
+        InvalidInput: No such method; an invalid picture never raises.
     """
     try:
         pixels = decode_picture(picture.data, maze.camera.width, maze.camera.height)

@@ -1,8 +1,8 @@
 """Poses of an upright square before a level camera, by solvePnP and by weighted least squares.
 
-A relative pose is: ahead of the camera and to its left [m], and the direction of the square's front
-from the camera's heading [rad]. A square seen small or from far has two that fit almost alike, its
-left side nearer or its right.
+A relative pose consists of the distances ahead of the camera and to its left [m], and the direction
+of the square's front from the camera's heading [rad]. For a small or far square two poses fit
+almost equally well, with its left or its right side nearer.
 """
 
 import math
@@ -37,10 +37,10 @@ def starting_poses(camera: ForwardCamera, corners: np.ndarray, side: float) -> l
 def square_by_pnp(
     camera: ForwardCamera, corners: np.ndarray, side: float, start: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """What OpenCV's solvePnP makes of four corners: all six degrees of freedom, unweighted.
+    """Pose from four corners by OpenCV's solvePnP: all six degrees of freedom, unweighted.
 
-    It starts from a pose: in OpenCV 5.0 the closed form for squares (SOLVEPNP_IPPE_SQUARE) divides
-    by nearly nothing where edges are upright in the picture, as all are here.
+    It iterates from a given pose: in OpenCV 5.0 the closed form for squares (SOLVEPNP_IPPE_SQUARE)
+    divides by nearly zero if edges are upright in the picture, as all are here.
 
     Args:
         camera: Its optics.
@@ -49,8 +49,8 @@ def square_by_pnp(
         start: A relative pose, shape (3,).
 
     Returns:
-        The relative pose, laid on the floor, shape (3,), and the sum of squares that is left
-        [px^2]; None if there is none before the camera.
+        The relative pose, projected onto the floor, shape (3,), and the remaining sum of squares
+        [px^2]; None if there is no pose before the camera.
     """
     h = 0.5 * side
     square = np.array([[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]])
@@ -93,8 +93,8 @@ def fit_square(
         start: A relative pose, shape (3,).
 
     Returns:
-        Relative pose, shape (3,); its covariance, shape (3, 3); and the sum of squares that is
-        left, of 5 degrees of freedom. None if the square passes behind the camera.
+        Relative pose, shape (3,); its covariance, shape (3, 3); and the remaining sum of squares,
+        with 5 degrees of freedom. None if the square passes behind the camera.
     """
     weight = np.linalg.inv(covariance)
 

@@ -1,6 +1,6 @@
-"""Where a recognised square stands before the camera, and where the evader that carries some.
+"""Poses of a recognised square, and of the evader that carries such squares, before the camera.
 
-There are four ways to tell where a square stands, each with its doubt.
+There are four methods for a square's pose, each with a covariance.
 """
 
 import math
@@ -16,12 +16,11 @@ from ..recognition.recognition import LandmarkDetection
 from .edges import middle_by_size, square_by_edges
 from .perspective import fit_square, slopes, square_by_pnp, starting_poses
 
-# thesis: two vertical edges by (2.14) as printed. edges: by (2.14) corrected. pnp: solvePnP as it
-# comes. level: weighted least squares with what is known, that the camera is level and how high
-# lens and square are.
+# thesis: two vertical edges by (2.14) as printed. edges: by (2.14) corrected. pnp: plain solvePnP.
+# level: weighted least squares, given that the camera is level and the heights of lens and square.
 METHODS = ("thesis", "edges", "pnp", "level")
 
-# How a corner is moved to see what depends on it [px].
+# Step of a corner's coordinates for numerical derivatives [px].
 _NUDGE = 0.05
 # Two fits nearer than this are one [m or rad].
 _SAME = 1e-3
@@ -34,7 +33,7 @@ class Relative:
     Attributes:
         pose: Ahead and left [m], direction of the front from the camera's heading [rad]; (3,).
         covariance: Shape (3, 3).
-        cost: Sum of squares that is left, in squared deviations; 0 where there is no telling.
+        cost: Remaining sum of squares, in units of the variances; 0 if not known.
     """
 
     pose: np.ndarray
@@ -49,12 +48,12 @@ def relative_poses(
     middle_height: float,
     method: str,
 ) -> list[Relative]:
-    """Poses that may be a square's.
+    """Possible poses of a square.
 
     Args:
         camera: Its optics.
-        detection: Of the square, upright.
-        side, middle_height: Of the square [m].
+        detection: Detection of the square, which must be upright.
+        side, middle_height: Side of the square, and height of its middle [m].
         method: One of METHODS.
 
     Returns:
@@ -73,7 +72,7 @@ def relative_poses(
         found = _with_doubt(by_edges, corners, covariance)
         exact = square_by_edges(camera, corners, side) if method == "thesis" else None
         if found and exact is not None:
-            # It says of itself how wrong it is, if not which way.
+            # The printed equation's error is known, and is added to the covariance.
             off = found[0].pose - exact
             turn = math.remainder(off[2], 2 * math.pi)
             far = float(off[:2] @ off[:2])
@@ -119,21 +118,21 @@ def _by_pnp(
         found = square_by_pnp(camera, moved, side, first[0])
         return None if found is None else found[0]
 
-    # Unweighted, it takes all corners for equally sure.
+    # solvePnP is unweighted: it takes all corners as equally precise.
     cost = first[1] / float(np.mean(np.diag(covariance)))
     poses = _with_doubt(near, corners, covariance)
     return Relative(poses[0].pose, poses[0].covariance, cost) if poses else None
 
 
 def _faces(pose: np.ndarray) -> bool:
-    """Whether the front of a square before the camera is turned to it."""
+    """Whether a square is ahead of the camera, with its front turned to it."""
     return pose[0] > 0 and -(pose[0] * math.cos(pose[2]) + pose[1] * math.sin(pose[2])) > 0
 
 
 def _with_doubt(
     function: Callable[[np.ndarray], np.ndarray | None], corners: np.ndarray, covariance: np.ndarray
 ) -> list[Relative]:
-    """What a function makes of corners, and how its doubt follows from theirs."""
+    """Pose that a function gives for corners, with the covariance propagated from theirs."""
 
     def flat(values: np.ndarray) -> np.ndarray:
         pose = function(values.reshape(4, 2))
@@ -148,9 +147,9 @@ def _with_doubt(
     return [Relative(pose, slope @ covariance @ slope.T, 0.0)]
 
 
-# Two copies of the marker must agree on the evader's axis within this many deviations, squared.
+# Copies of the marker must agree on the evader's axis within this squared Mahalanobis distance.
 _AGREE = 25.0
-# Where both poses of a square fit, the worse one counts by its cost, tempered.
+# If both poses of a square fit, they are weighted by their costs, divided by this.
 _TEMPER = 4.0
 
 
@@ -172,14 +171,14 @@ class EvaderPlace:
 def evader_place(
     camera: ForwardCamera, block: MarkerBlock, markers: Sequence[LandmarkDetection], method: str
 ) -> EvaderPlace | None:
-    """Average over the copies of the marker that agree with the surest one.
+    """Average over the copies of the marker that agree with the most certain one.
 
-    By "thesis" and "edges" the marker's distance follows from its apparent size, and the evader's
-    axis is behind its middle; the other methods know how the marker is turned.
+    With "thesis" and "edges" the marker's distance follows from its apparent size, and the evader's
+    axis is assumed straight behind its middle; the other methods use the marker's orientation.
 
     Args:
         camera: Its optics.
-        block: What the evader wears.
+        block: The evader's marker block.
         markers: Detections, upright.
         method: One of METHODS of `relative`.
 
@@ -222,14 +221,14 @@ def _by_size(
     slope = slopes(axis, detection.corners.ravel(), _NUDGE)
     if not np.isfinite(slope).all():
         return None
-    # The side may be turned away by half the angle between two sides, and the axis with it.
+    # The side may be turned away by up to half the angle between two sides, which moves the axis.
     out = place / float(np.hypot(*place))
     aside = np.array([-out[1], out[0]])
     turn = math.pi / block.copies / math.sqrt(3)
     spread = np.outer(aside, aside) * (block.depth * math.sin(turn)) ** 2
     spread += np.outer(out, out) * (block.depth * (1 - math.cos(turn))) ** 2
     if method == "thesis":
-        # It says of itself how wrong it is, if not which way.
+        # The printed equation's error is known, and is added to the covariance.
         off = axis(detection.corners.ravel()) - axis(detection.corners.ravel(), printed=False)
         spread += float(off @ off) * np.eye(2)
     return EvaderPlace(place, slope @ detection.covariance @ slope.T + spread, 1)

@@ -1,8 +1,8 @@
 """How agents answer: how likely each is to accept a request, and what it does in an iteration.
 
-Two models of acceptance: a probability of its own for each agent, as in Table 2.4, and one that
-grows with the friends that the agent has in common with the pursuer (the future work of Zhang 2014,
-4.4).
+There are two models of acceptance: a fixed probability for each agent, as in Table 2.4, and one
+that grows with the number of friends that the agent and the pursuer have in common (the future work
+of Zhang 2014, 4.4).
 """
 
 from collections.abc import Collection, Sequence
@@ -24,7 +24,7 @@ class Acceptance(Protocol):
         ...
 
     def probability(self, agent: int, friends: Collection[int]) -> float:
-        """That an agent who was asked accepts in one iteration, given the pursuer's friends."""
+        """Probability that an asked agent accepts in one iteration, given the pursuer's friends."""
         ...
 
 
@@ -46,7 +46,7 @@ class OwnAcceptance(Checked):
         return len(self.friending)
 
     def probability(self, agent: int, friends: Collection[int]) -> float:
-        """The agent's own, whoever the friends are."""
+        """The agent's own probability, whoever the friends are."""
         return self.friending[agent]
 
 
@@ -88,7 +88,7 @@ class MutualFriendsAcceptance(Checked):
         )
 
     def probability(self, agent: int, friends: Collection[int]) -> float:
-        """That the agent accepts in one iteration, p(m)."""
+        """Probability that the agent accepts in one iteration, p(m)."""
         refusal = (1 - self.persuasion) ** self.mutual_friends(agent, friends)
         return 1 - (1 - self.friending[agent]) * refusal
 
@@ -98,7 +98,7 @@ class Temperaments:
     """How the common agents answer.
 
     Attributes:
-        acceptance: Who accepts how readily.
+        acceptance: Model of acceptance.
         unfriending: Probability of each agent, per iteration, of ending a friendship.
         rejection: Probability of each agent, per iteration, of saying no if it does not accept;
             otherwise it is silent.
@@ -140,14 +140,14 @@ def draw_responses(
 ) -> list[Response]:
     """One iteration's responses, rising by agent.
 
-    Two numbers are drawn for each agent whatever it does, so that one agent's luck does not hang
-    on another's.
+    Two random numbers are drawn for each agent whatever it does, so that one agent's answers do not
+    affect another's numbers.
 
     Args:
-        temperaments: Of all agents.
+        temperaments: Temperaments of all agents.
         asked: Agents with an open request.
         friends: The pursuer's friends at the beginning of the iteration.
-        generator: Source of luck.
+        generator: Random generator.
     """
     first, second = generator.random((2, temperaments.count))
     found = []

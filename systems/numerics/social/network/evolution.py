@@ -8,11 +8,11 @@ rejected, asked again. Deviations from the printed lines:
 - The counter is compared with T_wait after a rejection too (2.3.2 says so in words).
 - An agent that unfriends, or is passed over, is a new common agent again (2.3.2), the last in line.
 - Line 5 has "length(F) + length(A) <= N_f", by which N_f + 1 friends can come about: here "<".
-- A request is taken back when its agent is passed over. Where the two cross, so that an agent
-  accepts one that was taken back, it is a friend if there is room, and is left again if not.
+- A request is withdrawn when its agent is passed over. If the agent accepts at the same moment, it
+  becomes a friend if there is room, and is left again if not.
 
-All agents asked are in A, so from one reading of the answers to the next at most N_req requests go
-out, repeated ones included.
+All agents asked are in A, so between two readings of the answers at most N_req requests are sent,
+repeated ones included.
 
 Source: Zhang 2014, Algorithm 2.
 """
@@ -51,7 +51,7 @@ class Acquaintances:
     """What the pursuer knows of all agents between two iterations.
 
     Attributes:
-        status: Of each agent: STRANGER, FRIEND, or its counter c >= 0 while an answer is awaited.
+        status: For each agent STRANGER, FRIEND, or its counter c >= 0 while an answer is awaited.
         queue: All agents, those asked longest ago first.
     """
 
@@ -71,11 +71,11 @@ class Acquaintances:
 
 @dataclass(frozen=True)
 class Errands:
-    """What is to be sent after the answers are read.
+    """Requests to send, and to withdraw, after the answers are read.
 
     Attributes:
         again: Agents to ask again.
-        withdrawn: Agents whose request is to be taken back.
+        withdrawn: Agents whose request is to be withdrawn.
     """
 
     again: tuple[int, ...]
@@ -125,13 +125,13 @@ def with_friends(count: int, friends: Sequence[int]) -> Acquaintances:
 def choose_new(
     known: Acquaintances, limits: EvolutionLimits, interest: Sequence[float] | None = None
 ) -> tuple[Acquaintances, tuple[int, ...]]:
-    """Lines 4 to 10: new agents to ask, and what is known when they have been.
+    """Lines 4 to 10: choose new agents to ask; returns the updated knowledge and the agents.
 
     Args:
-        known: Before.
+        known: What is known before.
         limits: N_req and N_f.
-        interest: Of each agent; the most interesting are asked first, and those without interest
-            (zero) last. In equal interest, and by default, those asked longest ago come first.
+        interest: Interest in each agent; greater interest is asked first. At equal interest, and by
+            default, those asked longest ago come first.
     """
     waiting = len(known.waiting)
     room = min(limits.requests - waiting, limits.friends - len(known.friends) - waiting)
@@ -152,7 +152,7 @@ def take_answers(
     taken = len(known.friends) + len(known.waiting)
     for agent in range(len(status)):
         answers = [each.answer for each in responses if each.agent == agent]
-        # An agent can accept and unfriend between two readings: the last word counts.
+        # An agent can accept and unfriend between two readings: the last answer counts.
         lasting = [answer for answer in answers if answer is not Answer.REJECTED]
         if lasting:
             late = lasting[-1] is Answer.ACCEPTED and status[agent] == STRANGER
@@ -183,11 +183,11 @@ def evolve(
     """One iteration of Algorithm 2 on a network.
 
     Args:
-        network: Whose agents are 0 to n - 1.
-        known: How things stood before.
+        network: Network with agents 0 to n - 1.
+        known: What is known before.
         limits: N_req, N_f and T_wait.
-        iteration: Its number.
-        interest: How much each agent is worth to be asked; None: in turn.
+        iteration: Number of the iteration.
+        interest: Interest in asking each agent; None: agents are asked in turn.
     """
     known, chosen = choose_new(known, limits, interest)
     for agent in chosen:

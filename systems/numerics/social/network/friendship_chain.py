@@ -1,13 +1,13 @@
-"""Network evolution as a Markov chain, exactly.
+"""Network evolution as an exact Markov chain.
 
-Between iterations everything is known from the acquaintances (`Acquaintances`): status, counters,
-and who is next in line. In an iteration every friend unfriends, and every agent asked accepts or
-does not, independently; rejection and silence change the acquaintances alike. So the chain's
-transitions follow from Algorithm 2's own steps, for all combinations of those answers.
+The state between iterations is `Acquaintances`: status, counters, and who is next in line. In an
+iteration every friend may unfriend, and every asked agent may accept, independently of each other;
+rejection and silence have the same effect on the state. So the transitions follow from the steps of
+Algorithm 2, applied to all combinations of these answers.
 
-With room for all (N_req and N_f at least the number of agents) and a probability of its own for
-each agent, the agents are independent chains of two states: an agent passed over is asked again at
-once, T_wait drops out, and agent i is a friend in the fraction p_i / (p_i + q_i) of all iterations.
+With room for all (N_req and N_f at least the number of agents) and a fixed probability for each
+agent, the agents are independent chains of two states: an agent passed over is asked again at once,
+T_wait drops out, and agent i is a friend in the fraction p_i / (p_i + q_i) of all iterations.
 `docs/social-network.md` has the derivation.
 """
 
@@ -39,7 +39,7 @@ class FriendshipChain:
     stationary: np.ndarray
 
     def fraction(self, holds: Callable[[Acquaintances], bool]) -> float:
-        """Fraction of iterations at whose end a statement holds, in the long run."""
+        """Long-run fraction of iterations after which a statement on the state holds."""
         return float(self.stationary @ self._indicator(holds))
 
     def standard_error(self, holds: Callable[[Acquaintances], bool], iterations: int) -> float:
@@ -59,7 +59,7 @@ class FriendshipChain:
         return float(np.sqrt(max(variance, 0.0) / iterations))
 
     def chance_throughout(self, holds: Callable[[Acquaintances], bool], iterations: int) -> float:
-        """That a statement, true at the start, holds after each of so many iterations.
+        """Probability that a statement, true at the start, holds after each of some iterations.
 
         The start is drawn from the stationary distribution, among the states where it holds.
         """
@@ -142,7 +142,7 @@ def _outcomes(
 
 
 def _settle(state: Acquaintances, limits: EvolutionLimits) -> Acquaintances:
-    """The same state, without the order of the line where all in it are asked anyway."""
+    """The state with a sorted queue if all agents are asked anyway, to merge equal states."""
     count = len(state.status)
     if count <= min(limits.requests, limits.friends):
         return Acquaintances(state.status, tuple(range(count)))
@@ -150,9 +150,10 @@ def _settle(state: Acquaintances, limits: EvolutionLimits) -> Acquaintances:
 
 
 def _stationary(transition: csr_array, size: int) -> np.ndarray:
-    """The distribution over a long run from the start; transient states have none of it.
+    """Stationary distribution reached from the start; transient states have probability zero.
 
-    Half of the steps are left out, which keeps the distribution and breaks periods.
+    The chain is made lazy (each step is skipped with probability 1/2), which keeps the distribution
+    and removes periodicity.
     """
     weight = np.zeros(size)
     weight[0] = 1.0

@@ -1,12 +1,12 @@
-"""How much an agent's next picture is expected to tell about the evader's place.
+"""Expected information of an agent's next picture about the evader's position.
 
-The pursuer believes the evader to be in cell x with probability b(x), and agent i's next picture
-to show it, if it is there, with probability v_i(x). A picture that shows the evader gives its cell;
-one that does not makes the cells that it shows less likely. The expected loss of entropy is
+The pursuer believes the evader to be in cell x with probability b(x). If it is there, agent i's
+next picture shows it with probability v_i(x). A picture that shows the evader gives its cell; one
+that does not makes the cells in view less likely. The expected loss of entropy is
 
     I = H(b) - P H(b | not shown),    P = sum b (1 - v),    b(x | not shown) = b (1 - v) / P.
 
-What is gained by asking is that, times the chance of ever reading the picture.
+The value of asking the agent is I times the probability that it accepts.
 
 Source: ours (Zhang 2014, 4.4, asks for it); the entropy is Shannon's.
 """
@@ -18,7 +18,7 @@ from .evolution import FRIEND, Iteration
 
 
 def entropy(distribution: np.ndarray) -> float:
-    """Of a probability distribution [nats]; weights of any shape, summing to one."""
+    """Entropy of a probability distribution [nats]; weights of any shape, summing to one."""
     positive = distribution[distribution > 0]
     return float(-(positive * np.log(positive)).sum())
 
@@ -31,7 +31,8 @@ def expected_information(belief: np.ndarray, view: np.ndarray) -> float:
         view: v_i(x), same shape, from 0 to 1.
 
     Raises:
-        InvalidInput: The belief is no distribution, or the view holds what is no probability.
+        InvalidInput: The belief is no distribution, or the view has values that are not
+            probabilities.
     """
     proper = bool((belief >= 0).all()) and abs(float(belief.sum()) - 1) < 1e-9
     require(proper, "belief", "be probabilities that sum to one", belief.sum())
@@ -52,7 +53,7 @@ def interest(
         beliefs: b(x), shape (cells,).
         views: v_i(x), shape (agents, cells).
         accepting: Probability of each agent of accepting in one iteration, shape (agents,).
-        patience: T_wait: an agent has so many chances, and one, to accept.
+        patience: T_wait; an agent has T_wait + 1 chances to accept.
     """
     each = np.array([expected_information(beliefs, view) for view in views])
     return each * (1 - (1 - accepting) ** (patience + 1))
@@ -63,7 +64,7 @@ def update_tallies(tallies: np.ndarray, iteration: Iteration) -> np.ndarray:
 
     Args:
         tallies: Acceptances and everything else so far, shape (agents, 2).
-        iteration: What came of it.
+        iteration: Result of the iteration.
     """
     counted = tallies.copy()
     for agent in iteration.asked:

@@ -1,9 +1,8 @@
-"""What a social network is to the pursuer: requests, answers, and the pictures of friends.
+"""The pursuer's interface to a social network: requests, answers, and the pictures of friends.
 
-Agents are integers from 0. No call waits for a server: what a call sets going is carried out when
-it can be, and its outcome is found among later `responses`. `scan` looks at the newest pictures of
-every friend, at none of them twice; Algorithm 3 would look at the same picture again and again
-while nothing newer is posted.
+Agents are integers from 0. No call waits for a server: it is carried out when possible, and its
+outcome appears in later `responses`. `scan` reads the newest pictures of every friend, each only
+once; Algorithm 3 would read the same picture again and again while nothing newer is posted.
 
 Source: Zhang 2014, 2.3.2 and Algorithm 3; the interface is ours.
 """
@@ -17,7 +16,7 @@ from ...errors import SightfieldError
 
 
 class NotFriends(SightfieldError):
-    """Pictures of an agent were asked for that is not a friend."""
+    """Pictures were asked for of an agent that is not a friend."""
 
 
 class Answer(Enum):
@@ -70,7 +69,7 @@ class SocialNetwork(Protocol):
         ...
 
     def advance(self, iteration: int) -> None:
-        """The next iteration's answers are due: between sending requests and reading responses."""
+        """Let agents answer; called in each iteration between sending requests and `responses`."""
         ...
 
     def request(self, agent: int) -> None:
@@ -120,14 +119,14 @@ def scan(
 ) -> Scan:
     """Look at the most recent pictures of every friend.
 
-    Albums only grow at their end, so a picture that is no longer among an album's newest never
-    comes back to them: it is enough to remember what was among them at the last look.
+    Albums only grow at their end, so a picture that has left an album's newest ones never returns
+    to them: it is enough to remember the newest ones of the last look.
 
     Args:
-        network: Whose albums.
-        friends: Whose albums are to be read; one that is no friend any more is passed over.
+        network: The network.
+        friends: Agents whose albums are to be read; one that is no longer a friend is skipped.
         count: N_img, pictures of each friend.
-        last: The scan before; by default none.
+        last: The previous scan; by default none.
     """
     seen = dict(last.seen) if last is not None else {}
     found: list[Picture] = []

@@ -37,7 +37,7 @@ class MemoryNetwork:
         return tuple(range(self._temperaments.count))
 
     def begin(self) -> None:
-        """Forget everything, and start the same luck again."""
+        """Forget everything, and restart the same random numbers."""
         self._generator = np.random.default_rng(self._seed)
         self._asked: set[int] = set()
         self._friends: set[int] = set()

@@ -1,8 +1,8 @@
-"""Corners to a fraction of a pixel: the stored picture laid over the one that was taken.
+"""Sub-pixel corners of a square, by alignment of the stored picture with the one that was taken.
 
 Least squares over all pixels of the square (Lucas and Kanade 1981; Baker and Matthews 2004), with
-brightness and contrast free, and weights that forget what hides a part of it (Beaton and Tukey
-1974). How steep the sum of squares is says how sure each corner is.
+free brightness and contrast, and weights that ignore occluded parts (Beaton and Tukey 1974). The
+corners' covariance follows from the curvature of the sum of squares.
 """
 
 import math
@@ -20,17 +20,18 @@ _STEPS, _ENOUGH = 15, 0.01
 # Tukey's constant, in usual errors; the least usual error of a pixel [counts]; and the size of the
 # window over which errors are judged, as a part of the square.
 _TUKEY, _LEAST_NOISE, _WINDOWS = 2.5, 2.0, 8
-# Neighbouring errors go together: so many pixels count as one.
+# Neighbouring errors are correlated: this many pixels count as one.
 _TOGETHER = 4.0
-# Doubt of each corner that remains whatever the picture [px].
+# Least standard deviation of each corner [px].
 _RASTER = 0.1
-# Around a matched point, the square is seen this far [of its side]; and fewest pixels to go by.
+# The square counts as visible this near to a matched point [of its side]; and least number of such
+# pixels to rely on.
 _NEAR, _FEWEST = 0.15, 60
 # A pixel agrees from this weight on.
 _COUNTS = 0.1
 # Least share of the square in the frame.
 _LEAST_INSIDE = 0.2
-# Of a matched point [px].
+# Standard deviation of a matched point [px].
 _MATCH_NOISE = 1.2
 # A step of all corners at once is at most this share of the square [of its side].
 _LONGEST = 0.15
@@ -62,11 +63,11 @@ def align(
         picture: Grey, shape (height, width), float32.
         reference: What the square shows, shape (n, n), float32.
         corners: First guess, shape (4, 2) [px].
-        matches: Points that lie on the square: they say which part of it is certainly seen, and
-            hold it there if that is little.
+        matches: Points on the square: they mark the part that is certainly visible, and anchor the
+            corners if that part is small.
 
     Returns:
-        None if the square comes apart, or too little of it is in the picture.
+        None if the square degenerates, or too little of it is in the picture.
     """
     sides = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
     size = int(np.clip(round(float(sides.max())), _COARSEST, _FINEST))
@@ -112,9 +113,9 @@ def align(
 def _anchors(
     homography: np.ndarray, corners: np.ndarray, matches: Matches
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matched points as measurements: slopes by corners, shape (2 n, 8), and misses, (2 n,).
+    """Matched points as measurements: Jacobian by corners, shape (2 n, 8), and residuals, (2 n,).
 
-    Both are in deviations, those that miss by far counting less (Huber 1964).
+    Both are divided by the standard deviation; large residuals count less (Huber 1964).
     """
     miss = map_square(homography, matches.place) - matches.pixel
     axes = [np.broadcast_to(axis, miss.shape) for axis in np.eye(2)]
@@ -142,7 +143,7 @@ def _sample(
     left, top = np.clip(low, 0, [width - 1, height - 1])
     right, bottom = np.clip(high, 1, [width, height])
     part = np.ascontiguousarray(picture[top:bottom, left:right])
-    # As blurred as the template, whose pixels are means, if that is the coarser one.
+    # If the template is coarser, blur the picture to match: the template's pixels are means.
     shrink = max(high - low) / size
     if shrink > 1.5:
         part = cv2.GaussianBlur(part, (0, 0), 0.4 * float(shrink))
@@ -188,14 +189,14 @@ def _robust(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Weights of the pixels, and what the template predicts of them, shapes (n,).
 
-    Contrast, brightness and the usual error come from the pixels around matched points, so that
-    what hides the rest, be it the greater part, has no say.
+    Contrast, brightness and the usual error are estimated from the pixels around matched points, so
+    that an occluder has no influence, even if it hides the greater part.
 
     Args:
         wanted: The template.
         seen: The picture.
-        inside: The frame.
-        sure: The part of it around matched points.
+        inside: Whether each pixel is inside the frame.
+        sure: Whether it is also near a matched point.
     """
     design = np.column_stack([wanted, np.ones(len(wanted))])
     if np.count_nonzero(sure) < _FEWEST:
@@ -204,13 +205,13 @@ def _robust(
     for _ in range(3):
         gain, *_ = np.linalg.lstsq(design * weights[:, None], seen * weights, rcond=None)
         fitted = design @ gain
-        # Judged by the errors around a pixel: parts of what hides the square look right by chance.
+        # Judge a pixel by the errors around it: parts of an occluder look right by chance.
         size = math.isqrt(len(seen))
         window = (max(3, size // _WINDOWS) | 1,) * 2
         squares = np.where(inside, (seen - fitted) ** 2, 0.0).reshape(size, size)
         counted = cv2.boxFilter(inside.reshape(size, size).astype(float), -1, window)
         around = cv2.boxFilter(squares, -1, window) / np.maximum(counted, 1e-9)
-        # The filter subtracts sums, and leaves small negative numbers.
+        # By rounding, the box filter can leave small negative numbers.
         error = np.sqrt(np.maximum(around, 0.0)).ravel()
         spread = float(np.median(error[sure]))
         ratio = error / (_TUKEY * max(spread, _LEAST_NOISE))

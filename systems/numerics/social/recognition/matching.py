@@ -1,6 +1,6 @@
-"""Which point of which reference each point of a picture resembles, beyond doubt.
+"""Matching of a picture's features with those of the references, and squares fitted to matches.
 
-Of the matches of one subject: do they lie as on a flat square, seen from its front?
+A subject is accepted if its matches lie as on a flat square seen from its front.
 """
 
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ import numpy as np
 
 from .references import Features, References
 
-# A match is kept when it is nearer than this share of the distance to the best other subject
-# (Lowe 2004), and not farther than this; descriptors have length 1.
+# A match is kept if its distance is below this share of that to the best other subject (Lowe 2004),
+# and below this limit; descriptors have length 1.
 RATIO = {"sift": 0.85, "orb": 0.9, "surf": 0.85}
 FARTHEST = {"sift": 0.75, "orb": 0.72, "surf": 0.7}
 
@@ -21,9 +21,9 @@ class Matches:
     """Pairs of points.
 
     Attributes:
-        subject: Of each, as the references number them; shape (n,).
-        place: On the subject's unit square, shape (n, 2).
-        pixel: In the picture, shape (n, 2) [px].
+        subject: Number of each point's subject, as in the references; shape (n,).
+        place: Place on the subject's unit square, shape (n, 2).
+        pixel: Place in the picture, shape (n, 2) [px].
     """
 
     subject: np.ndarray
@@ -39,10 +39,10 @@ class Matches:
 
 
 def match(features: Features, references: References) -> Matches:
-    """Match every feature of a picture with the most similar one of all references.
+    """Match each feature of a picture with the most similar reference feature, if that is clear.
 
-    The ratio test compares subjects, not features: views of one subject at several sizes hold the
-    same point many times.
+    The ratio test compares subjects, not features, because a subject's views at several sizes
+    contain the same point many times.
     """
     if len(features) == 0:
         return Matches(np.zeros(0, int), np.zeros((0, 2)), np.zeros((0, 2)))
@@ -66,16 +66,17 @@ def match(features: Features, references: References) -> Matches:
 
 
 def _distance(alike: np.ndarray) -> np.ndarray:
-    """Of descriptors of length 1, from their product."""
+    """Distance of descriptors of length 1, from their product."""
     return np.sqrt(np.maximum(2 - 2 * alike, 0))
 
 
-# Fewer matches than this say nothing.
+# Least number of matches for a square.
 FEWEST = 5
-# Between a match and where the square puts it [px].
+# Largest distance between a match and its place on the fitted square [px].
 _INLIER = 3.0
 _TRIALS, _CONFIDENCE = 2000, 0.999
-# Shapes that no camera sees: squares smaller than this [px], or whose edges differ more than this.
+# Implausible squares: with vertical edges shorter than this [px], or opposite edges whose ratio is
+# above this.
 _SMALLEST, _UNEVEN = 9.0, 4.0
 
 UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -85,8 +86,8 @@ def find_square(matches: Matches) -> tuple[np.ndarray, np.ndarray] | None:
     """The square on which most of one subject's matches lie.
 
     Returns:
-        Its corners, shape (4, 2) [px], and which matches lie on it, shape (n,); None if there is no
-        square with `FEWEST` of them, or none that makes sense.
+        Its corners, shape (4, 2) [px], and which matches lie on it, shape (n,); None if no
+        plausible square has at least `FEWEST` of them.
     """
     if len(matches) < FEWEST:
         return None
@@ -150,7 +151,7 @@ def map_square(homography: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def is_sane(homography: np.ndarray, corners: np.ndarray) -> bool:
-    """Whether corners are those of a square seen from its front, wholly before the camera.
+    """Whether corners are plausible for a square seen from its front, wholly before the camera.
 
     Args:
         homography: From the unit square to pixels, shape (3, 3).

@@ -1,4 +1,4 @@
-"""Pictures as they are posted: files in memory. Anything may come, not only pictures."""
+"""Posted pictures as files in memory; a file may hold anything, not only a picture."""
 
 import struct
 from contextlib import suppress
@@ -10,9 +10,9 @@ from ...errors import InvalidInput, require
 from ...vision.estimation.pictures import as_rgb
 
 _QUALITY = 92
-# Larger files are not looked at [bytes].
+# Larger files are refused [bytes].
 LARGEST = 20_000_000
-# JPEG's segments that say how large the picture is, and those that have no length of their own.
+# JPEG's segments that hold the picture's size, and those without a length field.
 _SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _BARE = frozenset({0x01, *range(0xD0, 0xD9)})
 
@@ -30,13 +30,13 @@ def encode_picture(picture: np.ndarray) -> bytes:
 
 
 def decode_picture(data: bytes, width: int, height: int) -> np.ndarray:
-    """Red, green, blue of a PNG or JPEG file, shape (height, width, 3), uint8.
+    """Decode red, green, blue of a PNG or JPEG file, shape (height, width, 3), uint8.
 
-    The size is read before the picture is, so that a small file cannot fill the memory.
+    The size is checked before decoding, so that a small file cannot fill the memory.
 
     Args:
         data: The file.
-        width, height: That it must have [px].
+        width, height: Size that the picture must have [px].
 
     Raises:
         InvalidInput: Not a whole PNG or JPEG file, or a picture of another size.
@@ -50,7 +50,7 @@ def decode_picture(data: bytes, width: int, height: int) -> np.ndarray:
     require(size == (width, height), "picture", f"be {width} x {height} pixels", got)
     decoded = None
     with suppress(cv2.error):
-        # Turned as it lies in the file, whatever a note in it says about how it was held.
+        # Ignore the EXIF orientation: pixels are used as they are stored.
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         decoded = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     if decoded is None or decoded.shape != (height, width, 3) or decoded.dtype != np.uint8:

@@ -1,4 +1,4 @@
-"""Everything known that a picture shows: subjects, where their corners are, and how surely."""
+"""Detection of landmarks and markers in a picture: their corners, with covariances."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -28,14 +28,14 @@ class LandmarkDetection:
 
     Attributes:
         subject: Number of the landmark, or MARKER.
-        corners: Its top left, top right, bottom right, bottom left by its own picture, perhaps
-            outside the frame; shape (4, 2) [px].
-        covariance: Of the corners, row by row, shape (8, 8) [px^2].
-        correlation: Of the subject's picture with this one, where it is seen; at most 1.
-        visible: Share of the square that looks as it should: inside the frame, and not hidden.
-        stance: Which way up.
-        places: Points of the subject's unit square that matched, shape (n, 2).
-        pixels: And where in the picture, shape (n, 2) [px].
+        corners: Top left, top right, bottom right, bottom left of the subject's own picture,
+            perhaps outside the frame; shape (4, 2) [px].
+        covariance: Covariance of the corners, row by row, shape (8, 8) [px^2].
+        correlation: Correlation of the subject's picture with this one, where visible; at most 1.
+        visible: Share of the square that is inside the frame and not hidden.
+        stance: Which way up it is.
+        places: Matched points on the subject's unit square, shape (n, 2).
+        pixels: The same points in the picture, shape (n, 2) [px].
     """
 
     subject: int
@@ -64,22 +64,22 @@ def stance_of(corners: np.ndarray, tolerance: float) -> Stance:
     return Stance.UPSIDE_DOWN if (edges[:, 1] < 0).all() else Stance.TILTED
 
 
-# Least correlation of a detection, and the least share of it that must be compared.
+# Least correlation of a detection, and least visible share.
 _CORRELATION, _VISIBLE = 0.8, 0.12
-# Cameras are level, so the sides of a square on a wall hang straight, or it is none: their ends are
-# beside each other by this share of the height at most.
+# Cameras are level, so the left and right edges of a square on a wall must be vertical: their ends
+# may differ sideways by at most this share of the height.
 _SLANT = 0.12
-# The evader's block shows at most three sides that can be told from one another.
+# Most sides of the evader's block that can be detected in one picture.
 _COPIES = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Recognition:
-    """What came of looking at one picture.
+    """What was recognised in one picture.
 
     Attributes:
         detections: At most one of each landmark, and perhaps several of the marker.
-        matches: All that came of matching, false ones included.
+        matches: All matches, false ones included.
     """
 
     detections: tuple[LandmarkDetection, ...]
@@ -87,7 +87,7 @@ class Recognition:
 
     @property
     def landmarks(self) -> tuple[LandmarkDetection, ...]:
-        """Those that are no markers."""
+        """Detections of landmarks."""
         return tuple(each for each in self.detections if each.subject != MARKER)
 
     @property
@@ -133,7 +133,7 @@ def recognise(picture: np.ndarray, references: References) -> Recognition:
 def _detect(
     picture: np.ndarray, reference: np.ndarray, corners: np.ndarray, on: Matches
 ) -> LandmarkDetection | None:
-    """Align a square and judge it."""
+    """Align a square; None if correlation, visible share or stance rule it out."""
     aligned = align(picture, reference, corners, on)
     if aligned is None or aligned.correlation < _CORRELATION or aligned.visible < _VISIBLE:
         return None

@@ -1,6 +1,6 @@
-"""What to look for: the landmarks and the marker, as features of stored pictures.
+"""References for recognition: the landmarks and the marker, as features of stored pictures.
 
-Features are points of a picture that can be found again, each with a description to know it by.
+Features are points of a picture that can be found again in another, each with a descriptor.
 """
 
 import math
@@ -42,8 +42,8 @@ class FeatureFinder:
     """Finds and describes points.
 
     sift: Lowe (2004), described by square roots (Arandjelovic and Zisserman 2012). orb: Rublee et
-    al. (2011), twice as fast and blinder. surf: Bay et al. (2008), which the thesis uses
-    and whose patented code most builds of OpenCV leave out.
+    al. (2011), twice as fast, but it recognises less. surf: Bay et al. (2008), used in the thesis,
+    but left out of most builds of OpenCV because it was patented.
 
     Args:
         method: One of METHODS.
@@ -106,9 +106,9 @@ def _make_surf():
 # The number of the evader's marker among landmarks.
 MARKER = -1
 
-# References are seen small and from the side too: each is described at these sizes [px] and,
-# because walls and cameras stand upright, narrowed to these shares (ASIFT, Morel and Yu 2009).
-# Fewer for ORB, whose features are many and which is to be fast.
+# References must be recognised from far and from the side, too: each is described at these sizes
+# [px] and, because walls and cameras are upright, narrowed to these shares (ASIFT, Morel and Yu
+# 2009). ORB has fewer views, since it finds many features and should be fast.
 _SIZES = {"sift": (224, 112, 56), "orb": (160, 96, 56), "surf": (224, 112, 56)}
 _NARROWED = {"sift": (1.0, 0.6, 0.38), "orb": (1.0, 0.55), "surf": (1.0, 0.6, 0.38)}
 # White around a reference: a wall is never as dark as its frame.
@@ -121,10 +121,10 @@ class References:
     """Features of every subject, in one table.
 
     Attributes:
-        finder: Which found them, and is to be used on pictures.
+        finder: Finder that made them, which must also be used on pictures.
         subjects: Numbers of the landmarks, and MARKER, in the order of the table.
         starts: Row at which each subject's features start, shape (s,).
-        points: Where on the subject's square, from (0, 0), top left, to (1, 1); shape (n, 2).
+        points: Places on the subject's unit square, (0, 0) at the top left; shape (n, 2).
         descriptors: Shape (n, d).
         pictures: Grey picture of each subject, 0 to 255, shape (height, width), float32.
     """

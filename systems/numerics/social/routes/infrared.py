@@ -1,8 +1,8 @@
-"""Four infrared sensors on each robot: how near the nearest thing in each cone is.
+"""Four infrared sensors on each robot: the distance to the nearest object in each cone.
 
-A range is exact up to the sensor's reach. Walls are told by the nearest point of a wall in the
-cone; a robot that reaches into a cone is told by its own nearest point, even if that point is a
-little beside the cone, so that no robot is farther away than what the sensor says.
+A range is exact up to the sensor's reach. For walls it is the distance to the nearest wall point in
+the cone. For a robot that reaches into the cone it is the distance to that robot's nearest point,
+even if this point is a little beside the cone, so that no robot is nearer than the range says.
 
 Source: Zhang 2014, 2.3.4 and Figure 2.31 (four sensors on the pursuer and each common agent;
 where they look is ours).
@@ -65,16 +65,16 @@ class InfraredRing:
 def infrared_ranges(
     edges: np.ndarray, poses: np.ndarray, radius: float, ring: InfraredRing
 ) -> np.ndarray:
-    """What every sensor says.
+    """Ranges of all sensors.
 
     Args:
-        edges: Of the world, from its `EdgeIndex`, shape (k, 6) [m]; columns START and END are used.
-        poses: Of all robots, shape (n, 3) [m], [m], [rad].
-        radius: Of every robot [m].
-        ring: Where the sensors look.
+        edges: Edges of the world's `EdgeIndex`, shape (k, 6) [m]; columns START and END are used.
+        poses: Poses of all robots, shape (n, 3) [m], [m], [rad].
+        radius: Radius of every robot [m].
+        ring: Directions of the sensors.
 
     Returns:
-        From the rim, zero to `reach`, shape (n, sensors) [m].
+        Ranges from the rim, zero to `reach`, shape (n, sensors) [m].
     """
     return _ranges(edges, poses, radius, np.array(ring.bearings), 0.5 * ring.cone, ring.reach)
 

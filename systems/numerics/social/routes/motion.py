@@ -11,10 +11,10 @@ than that is another robot: the pursuer takes the direction nearest to its own t
 stays in the free region, and comes back to the route behind it ("deviate from original path based
 on the measurements of sensors"; the law is ours).
 
-Robots that feel each other never touch. One that drives a distance s at an angle a from the way to
-another closes the gap between them by at most s cos(a). So it may drive half of the gap: the other
-one does no more, and half and half is a whole. Who drives forwards only and feels its whole front
-closes no gap that it does not feel. This guard is ours too.
+A guard keeps robots that sense each other from touching. One that drives a distance s at an angle a
+from the direction to another closes the gap between them by at most s cos(a). So each may close
+half of the gap, and both together close it at most entirely. A robot that only drives forwards and
+senses its whole front closes no gap that it does not sense. This guard is ours too.
 """
 
 import math
@@ -75,9 +75,9 @@ def wander(
     Args:
         law: Parameters.
         ring: The sensors.
-        turns: How far each still has to turn, left positive, shape (n,) [rad]; 0: straight on.
-        ranges: Shape (n, sensors) [m].
-        draws: A random number from [0, 1) for each, shape (n,).
+        turns: Remaining turn of each agent, left positive, shape (n,) [rad]; 0: straight on.
+        ranges: Infrared ranges, shape (n, sensors) [m].
+        draws: A random number from [0, 1) for each agent, shape (n,).
         period: For how long commands are held [s].
 
     Returns:
@@ -94,7 +94,7 @@ def wander(
         left > right, 1.0, np.where(left < right, -1.0, np.where(draws < 0.5, -1.0, 1.0))
     )
     drawn = law.least_turn + draws * (law.greatest_turn - law.least_turn)
-    # A turn that has begun goes on the same way; one that ends at a wall is prolonged.
+    # A turn keeps its direction; if the way is still blocked when it ends, it is prolonged.
     turns = np.where(blocked & (turns == 0.0), side * drawn, turns)
     step = law.turn_rate * period
     rates = np.clip(turns, -step, step) / period
@@ -106,7 +106,7 @@ def wander(
     return rest, np.column_stack([np.where(moving, law.speed, 0.0), rates])
 
 
-# Directions that are tried round the robot, and how far one has to be free [m].
+# Number of directions tried all round the robot, and how far one must be free [m].
 _DIRECTIONS, _PROBE = 72, 0.12
 # A range is unexplained if it is shorter than the map's by this [m].
 _SURPRISE = 0.02
@@ -145,10 +145,10 @@ class Progress:
     """Where a robot is along a route, shape (m, 2) [m].
 
     Attributes:
-        arc: Of the route's point that is nearest to the robot, not before the last one [m].
-        rest: From there to the end [m].
-        aim: Where to go now, shape (2,) [m].
-        in_sight: Whether the straight way there is free.
+        arc: Arc length at the route's point nearest to the robot, never less than before [m].
+        rest: Length from there to the end of the route [m].
+        aim: Point to drive to now, shape (2,) [m].
+        in_sight: Whether the straight way to `aim` is free.
     """
 
     arc: float
@@ -167,7 +167,7 @@ def progress_along(
         route: Corners, shape (m, 2), m >= 1 [m].
         position: Of the robot, shape (2,) [m].
         arc: Where it was along the route [m].
-        lookahead: How far beyond its place it aims, or nearer, where that is out of sight [m].
+        lookahead: How far beyond its place it aims; less if that point is out of sight [m].
     """
     starts, steps = route[:-1], np.diff(route, axis=0)
     lengths = np.hypot(*steps.T)
@@ -206,7 +206,7 @@ def deviation(
     radius: float,
     side: float,
 ) -> tuple[float | None, float]:
-    """The direction nearest to a wish that avoids robots and walls.
+    """Find the direction nearest to the wanted one that avoids robots and walls.
 
     Args:
         law: Parameters.
@@ -217,10 +217,10 @@ def deviation(
         ranges: What its sensors say, shape (sensors,) [m].
         expected: What they would say of the walls alone, shape (sensors,) [m].
         radius: Of every robot [m].
-        side: A number, to which side of the wish it turned last: 1 left, -1 right, 0 neither.
+        side: Side of the wanted direction to which it last turned: 1 left, -1 right, 0 neither.
 
     Returns:
-        The direction [rad], None if there is none, and the side of it.
+        The direction [rad], None if there is none, and its side.
     """
     surprising = (ranges < law.wary_range) & (ranges < expected - _SURPRISE)
     if not surprising.any():
@@ -269,7 +269,7 @@ def guarded_commands(
     margin: float,
     period: float,
 ) -> np.ndarray:
-    """Commands whose speeds are cut so far that no two robots touch within a period.
+    """Reduce the speeds of commands so that no two robots touch within a period.
 
     Args:
         commands: Speed and turn rate of each robot, shape (n, 2) [m/s], [rad/s]; speeds below
@@ -286,7 +286,7 @@ def guarded_commands(
     safe = commands.copy()
     for i in range(len(commands)):
         speed = max(commands[i, 0], 0.0)
-        # The chord of a period lies half of its turn beside the heading.
+        # The chord driven in a period deviates from the heading by half of the turn.
         turned = abs(0.5 * period * commands[i, 1])
         for k in range(len(bearings)):
             beside = max(abs(bearings[k]) - half - turned, 0.0)

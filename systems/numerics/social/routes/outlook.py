@@ -1,6 +1,6 @@
-"""Where the evader may be, and what of that an agent's next picture would show, cell by cell.
+"""The belief about the evader's position, and what an agent's next picture would show, on cells.
 
-For choosing whom to ask: `expected_information` weighs a belief and views over the same cells.
+Both serve to choose whom to ask: `expected_information` compares them over the same cells.
 
 Source: ours (Zhang 2014, 4.4, asks for a choice by expected information).
 """
@@ -17,21 +17,21 @@ from ...geometry.edge_index import EdgeIndex, build_edge_index
 from ...geometry.segment_sight import are_clear
 from ...geometry.world import World
 
-# Headings over which the view from a place nobody knows is averaged.
+# Headings over which the view of a camera at an unknown pose is averaged.
 _HEADINGS = 8
-# At most so many places for that, too.
+# Approximate number of places over which it is averaged.
 _PLACES = 60
 
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
-    """Cells of the free region, and how far a camera tells evader from landmark in them.
+    """Cells of the free region, and the field of view of the agents' cameras.
 
     Attributes:
-        cells: Their middles, shape (n, 2) [m].
+        cells: Middles of the cells, shape (n, 2) [m].
         index: Edges of the walls.
-        view_angle: Of a camera [rad].
-        reach: Farther away nobody is recognised [m].
+        view_angle: Angle of view of a camera [rad].
+        reach: Greatest distance at which the evader is recognised [m].
     """
 
     cells: np.ndarray
@@ -41,7 +41,7 @@ class Outlook:
 
     @cached_property
     def typical(self) -> np.ndarray:
-        """How likely a camera somewhere, looking anywhere, shows each cell, shape (n,)."""
+        """Probability that a camera at a random pose shows each cell, shape (n,)."""
         places = self.cells[:: max(len(self.cells) // _PLACES, 1)]
         headings = 2 * math.pi * np.arange(_HEADINGS) / _HEADINGS
         poses = [(*place, heading) for place in places for heading in headings]
@@ -52,10 +52,10 @@ def make_outlook(world: World, *, cell: float, view_angle: float, reach: float) 
     """Divide a world into square cells.
 
     Args:
-        world: Its walls block sight.
+        world: World whose walls block sight.
         cell: Side of a cell [m].
-        view_angle: Of the agents' cameras [rad].
-        reach: Farther away nobody is recognised [m].
+        view_angle: Angle of view of the agents' cameras [rad].
+        reach: Greatest distance at which the evader is recognised [m].
 
     Raises:
         InvalidInput: A number is not positive.
@@ -83,9 +83,9 @@ def view(outlook: Outlook, pose: np.ndarray) -> np.ndarray:
 
 
 def expected_view(outlook: Outlook, pose: np.ndarray, age: float, forgetting: float) -> np.ndarray:
-    """How likely a camera shows each cell that stood at a pose some time ago, shape (n,).
+    """Probability that a camera last known at a pose shows each cell now, shape (n,).
 
-    With weight exp(-age / forgetting) it is still there, else anywhere.
+    It is still there with probability exp(-age / forgetting), else anywhere.
     """
     weight = math.exp(-age / forgetting) if math.isfinite(age) else 0.0
     known = view(outlook, pose) if weight > 1e-3 else outlook.typical
@@ -93,13 +93,13 @@ def expected_view(outlook: Outlook, pose: np.ndarray, age: float, forgetting: fl
 
 
 def belief(outlook: Outlook, mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Where the evader is, given an estimate: a Gaussian on the cells, shape (n,), summing to one.
+    """Belief from an estimate of the evader: a Gaussian on the cells, shape (n,), summing to one.
 
-    An infinite covariance is no estimate: all cells are alike.
+    An infinite covariance means no estimate: then all cells are equally likely.
 
     Args:
         outlook: Its cells.
-        mean: Of the position, shape (2,) [m].
+        mean: Mean of the position, shape (2,) [m].
         covariance: Shape (2, 2) [m^2].
     """
     count = len(outlook.cells)
@@ -116,6 +116,6 @@ def belief(outlook: Outlook, mean: np.ndarray, covariance: np.ndarray) -> np.nda
 
 
 def _area(outlook: Outlook) -> float:
-    """Of a cell [m^2]."""
+    """Area of a cell [m^2]."""
     steps = np.diff(np.unique(np.round(outlook.cells[:, 0], 9)))
     return float(steps.min()) ** 2 if len(steps) else 1e-4

@@ -1,11 +1,11 @@
 """Shortest routes among grown obstacles: the regions, their visibility graph, Dijkstra's algorithm.
 
-Robots' centres may be where grown obstacles with round corners leave them: mitred corners would
-close the maze's passages. An arc is a polygon round the true circle, so that no centre comes nearer
-to a wall than it may. The nodes of the graph are the corners round which a way can bend: the reflex
-vertices of the free region. (Zhang 2014, 2.3.4.3, takes all vertices; no shortest way touches the
-others.) The graph stays while end points come and go: an end point costs one sight test per corner,
-and no test between corners is ever repeated.
+Obstacles are grown with round corners: mitred corners would close the maze's passages. An arc is
+approximated by a polygon outside the true circle, so that no robot's centre comes too near to a
+wall. The nodes of the graph are the corners round which a route can bend: the reflex vertices of
+the free region. (Zhang 2014, 2.3.4.3, takes all vertices; no shortest route touches the others.)
+The graph is built once: each new end point costs one sight test per corner, and tests between
+corners are never repeated.
 
 Source: Zhang 2014, Algorithm 4; Dijkstra, Numerische Mathematik 1 (1959), 269-271.
 """
@@ -32,7 +32,7 @@ _OUTER = 1.01 / math.cos(math.pi / (4 * _SIDES))
 
 
 def rounded_regions(world: World, distance: float) -> tuple[World, ...]:
-    """The free region without what is nearer to a wall than a distance [m].
+    """The free region without all points nearer to a wall than a distance [m].
 
     Returns:
         Its parts, largest first.
@@ -102,7 +102,7 @@ def build_route_graph(regions: Sequence[World]) -> RouteGraph:
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """A way between two points, or that there is none.
+    """Result of a search for a way between two points.
 
     Attributes:
         points: Corners of the way, ends included, shape (m, 2), m >= 1 [m]; the start alone where
@@ -126,8 +126,8 @@ def shortest_route(
 ) -> Route:
     """The shortest way from start to goal.
 
-    An end in a grown obstacle is led by the nearest free point; a way ends there, but begins at
-    the start itself, as far as it may be from free space.
+    An end inside a grown obstacle is replaced by the nearest free point; the route still begins at
+    the given start, but ends at the replaced goal.
 
     Args:
         graph: From `build_route_graph`.
@@ -198,7 +198,7 @@ def _dijkstra(
             if near < count and i < count:
                 length = lengths[near, i]
             else:
-                # Sight of an end is tested when it is asked for, and only where it would help.
+                # Sight from or to an end is tested only if it would shorten the way.
                 length = np.hypot(points[i, 0] - points[near, 0], points[i, 1] - points[near, 1])
                 if distance[near] + length < distance[i] and not segment_is_clear(
                     index, points[near, 0], points[near, 1], points[i, 0], points[i, 1]
@@ -221,7 +221,7 @@ def _dijkstra(
 def _is_blocked(
     ax: float, ay: float, bx: float, by: float, blocks: np.ndarray, reach: np.ndarray
 ) -> bool:
-    """Whether a segment comes nearer to a point than it may."""
+    """Whether a segment comes nearer to one of the points than the point's `reach`."""
     ex, ey = bx - ax, by - ay
     square = ex * ex + ey * ey
     for k in range(len(blocks)):
