@@ -13,7 +13,9 @@ from sightfield.systems.numerics.planning.extremals.planner import plan_by_extre
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.plan import driven_path
+from sightfield.systems.numerics.planning.minimum_time.problem import Attempt, Problem
+from sightfield.systems.numerics.planning.plan import TrailerPath, driven_path
+from sightfield.systems.numerics.planning.planners import polished
 from sightfield.systems.numerics.planning.planners.polished import plan_polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
@@ -147,6 +149,18 @@ def test_no_seed_drawn_at_random_leads_to_a_quicker_path(cart, question, best):
     assert plan.time <= best * (1 + 1e-4)
     end = end_of(cart, start, ArcWord(plan.path.controls, np.diff(plan.path.times)))
     assert max(goal.miss(end)) < 1e-6
+
+
+def test_an_optimum_is_not_given_up_for_a_path_at_which_the_search_did_not_end(monkeypatch):
+    problem = Problem(Trailer(), np.array(START), BOX, 100)
+    states = np.zeros((2, 4))
+    found, quicker = (
+        Attempt(TrailerPath(np.array([0.0, time]), states, np.zeros((1, 2))), 0.0, status, 1)
+        for time, status in ((5.0, "optimal"), (4.9, "iteration limit"))
+    )
+    monkeypatch.setattr(polished, "_solved", lambda *question: quicker)
+    monkeypatch.setattr(polished, "with_placed_switches", lambda *question: [])
+    assert polished._with_more_switches(problem, found) is found
 
 
 def test_without_a_table_car_paths_lead_on():
