@@ -1,6 +1,5 @@
 """Evaders that choose the best response to the pursuers' rule."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -176,7 +175,7 @@ class BestResponseEvaders(LeafSystem):
         commitment = 0.0
         if table is not None and pursuit == "certified":
             require(table.bound == "lower", "table", "be by the lower bound", table.bound)
-            commitment = table.step
+            commitment = float(table.step)
         self._game = GamePorts(self, world, pursuers, evaders, assigned=True)
         index = build_edge_index(world)
         self._rules = GameRules(
@@ -196,9 +195,8 @@ class BestResponseEvaders(LeafSystem):
             evader_speed=float(evader_speed),
             # Wall sliding stops a skin short of the wall; a little more is "at the wall".
             standoff=float(radius) + 10.0 * SKIN * world.tolerance,
+            commitment=commitment,
         )
-        # Each rollout counts how long a commitment lasts in its own steps.
-        self._commitment = commitment
         self._board = self._team = None
         if table is not None and pursuit in ("guarantee", "certified"):
             if double is None:
@@ -232,15 +230,10 @@ class BestResponseEvaders(LeafSystem):
         boards = self._board, self._team, responsible
         beyond = self._beyond if self._is_long(context) else None
         for j in range(len(plans)):
-            plans[j], takes = self._choose(self._rollout, j, *game, plans[j], *boards)
+            plans[j], takes = choose_plan(self._rules, self._rollout, j, *game, plans[j], *boards)
             if beyond is not None and takes > self._rollout.horizon:
-                plans[j], _ = self._choose(beyond, j, *game, plans[j], *boards)
+                plans[j], _ = choose_plan(self._rules, beyond, j, *game, plans[j], *boards)
         discrete_state.set_value(self._plans, plans.ravel())
-
-    def _choose(self, rollout: Rollout, *game) -> tuple[np.ndarray, float]:
-        """The best plan that a rollout finds, by the rules in its steps; see `choose_plan`."""
-        committed = math.ceil(self._commitment / rollout.step - 1e-9)
-        return choose_plan(self._rules._replace(committed=committed), rollout, *game)
 
     def _is_long(self, context) -> bool:
         """Whether the game has lasted for longer than the evaders' patience."""

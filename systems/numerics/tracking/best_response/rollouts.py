@@ -75,8 +75,8 @@ class GameRules(NamedTuple):
         ratio: Speed ratio a = v_e / v_p.
         pursuer_speed, evader_speed: Top speeds [m/s].
         standoff: Least distance of an evader's centre from a wall [m].
-        committed: Number of rollout steps for which certified pursuers commit themselves to a
-            place; 0 for other pursuers.
+        commitment: How long certified pursuers commit themselves to a place; 0 for other pursuers
+            [s].
     """
 
     world: EdgeIndex
@@ -94,7 +94,7 @@ class GameRules(NamedTuple):
     pursuer_speed: float
     evader_speed: float
     standoff: float
-    committed: int = 0
+    commitment: float = 0.0
 
 
 class Rollout(NamedTuple):
@@ -272,7 +272,7 @@ def _play(
     index, step = rules.world, rollout.step
     assigned, owners, commitments = assignment, responsible, np.zeros((n, COMMITMENT))
     at_before, others_before = at, others
-    steps = _turns(rollout)
+    steps, committed = _turns(rollout), math.ceil(rules.commitment / step - 1e-9)
     for turn in range(steps + 1):
         if not see_whom(common, turn, j, index, at, others, visibility):
             if turn == 0:
@@ -294,7 +294,7 @@ def _play(
             assigned = hardest(one, watching)
         elif rules.matching != FIXED and turn > 0:
             assigned = _assign(rules, assigned, at, others, sight)
-        if board is not None and rules.committed == 0:
+        if board is not None and committed == 0:
             wished = _guarantee_velocities(
                 rules, common, turn, j, board, at, others, sight, assigned, step
             )
@@ -311,9 +311,9 @@ def _play(
                 rules.pursuer_speed,
                 step,
             )
-        if board is not None and rules.committed > 0:
+        if board is not None and committed > 0:
             wished = committed_velocities(
-                board, at, others, seen_by, assigned, wished, commitments, rules.committed, step
+                board, at, others, seen_by, assigned, wished, commitments, committed, step
             )
         if plan[0] == BY_THE_GAME or turn * step >= rollout.leg:
             vx, vy = escape_velocity(
