@@ -1,4 +1,7 @@
-"""Seeds of the runs of a study: the same run in every cell, and runs that share nothing."""
+"""Seeds of the runs of a study: a run has the same seed in every cell, and no two runs share one.
+
+They are apart from `statistics`, so that processes that play games need not load SciPy's.
+"""
 
 import numpy as np
 
