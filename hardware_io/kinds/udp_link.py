@@ -198,7 +198,7 @@ def decode_order(data: bytes) -> OrderDatagram:
 
     Raises:
         DatagramError: It is no order: wrong length, mark, version, kind or checksum, or a field
-            with an invalid value.
+            whose value is refused.
     """
     kind, body = _body(data, _ORDER.size)
     *numbers, rest = _ORDER.unpack(body)
@@ -217,7 +217,7 @@ def decode_report(data: bytes) -> ReportDatagram:
         data: The datagram.
 
     Raises:
-        DatagramError: It is no report, or a value is invalid; see `decode_order`.
+        DatagramError: It is no report, or a value is refused; see `decode_order`.
     """
     kind, body = _body(data, _REPORT_BODY.size)
     found = _REPORT_BODY.unpack(body)

@@ -112,7 +112,7 @@ class ViewerLink:
             self._send(encode(self._run, self._with_words(replace(state, operator=-1.0))))
 
     def end(self, how: str) -> None:
-        """Say that the run is over."""
+        """Say that the run is over, and how it ended, in one line."""
         self._over = True
         self._send(encode(self._run, how))
 

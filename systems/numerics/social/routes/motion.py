@@ -217,7 +217,8 @@ def deviation(
         ranges: What its sensors say, shape (sensors,) [m].
         expected: What they would say of the walls alone, shape (sensors,) [m].
         radius: Of every robot [m].
-        side: Side of the wanted direction to which it last turned: 1 left, -1 right, 0 neither.
+        side: Side of the wanted direction to which it last turned, as a number: 1 left, -1 right,
+            0 neither.
 
     Returns:
         The direction [rad], None if there is none, and its side.

@@ -241,13 +241,13 @@ def look_up(
 
 @dataclass(frozen=True, eq=False)
 class Landings:
-    """End points of steps: arrays of shape (p, d) for the pursuer, (e, r, d + 1) for the evader.
+    """End points of steps, the pursuer's of shape (p, d), the evader's (e, r, d + 1).
 
     Attributes:
-        cell: Index of the interval of the player's angle in which it lands.
-        share: Position in the interval, 0 to 1.
+        cell: Index of the interval of the player's angle in which it lands; of that shape.
+        share: Position in the interval, 0 to 1; of that shape.
         distance: Distance from the corner, the pursuer's [r_p], the evader's in units of the
-            spacing in rho.
+            spacing in rho; of that shape.
     """
 
     cell: np.ndarray
