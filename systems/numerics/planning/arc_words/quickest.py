@@ -259,9 +259,7 @@ def quickest_word(trailer: Trailer, start, goal: Goal, lattice: float = LATTICE)
     found = np.zeros(best.shape, dtype=np.int32)
     node = np.array([theta]), half_angles([beta])
     choice: tuple[Endings, int] | None = None
-    allowed = np.ones((len(words.ends), 1), dtype=bool)
-    if limited:
-        allowed = within_jackknife(words, [beta], cart.jackknife)
+    allowed = within_jackknife(words, [beta], cart.jackknife)
     for each in endings:
         before = best[0, 0, 0, 0]
         first = each.words.ends, each.words.maps, allowed[each.numbers], each.lengths

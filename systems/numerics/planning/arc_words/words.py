@@ -144,6 +144,8 @@ def words_of(trailer: Trailer, arcs: int, longest: float, lattice: float) -> Wor
     controls = control_set(trailer)
     empty = Words(np.zeros((1, 4)), np.eye(2)[None], np.array([-1]), np.array([0]))
     parts, level, first = [empty], empty, 0
+    times = lattice * np.arange(1, math.floor(longest / lattice + 1e-9) + 1)
+    all_maps = [half_angle_map(trailer, v, omega, times) for v, omega in controls]
     for _ in range(arcs):
         found = []
         count = first + len(level.ends)
@@ -153,14 +155,15 @@ def words_of(trailer: Trailer, arcs: int, longest: float, lattice: float) -> Wor
                     continue
                 x, y, theta, spent = level.ends[number]
                 limit = min(longest - spent, math.tau - lattice) if omega else longest - spent
-                times = lattice * np.arange(1, math.floor(limit / lattice + 1e-9) + 1)
-                dx, dy = shift_of(theta, v, omega, times)
-                ends = np.column_stack([x + dx, y + dy, theta + omega * times, spent + times])
-                maps = half_angle_map(trailer, v, omega, times) @ level.maps[number]
-                roots = np.arange(count - 1, count - 1 + len(times))
+                most = max(0, math.floor(limit / lattice + 1e-9))
+                held = times[:most]
+                dx, dy = shift_of(theta, v, omega, held)
+                ends = np.column_stack([x + dx, y + dy, theta + omega * held, spent + held])
+                maps = all_maps[control][:most] @ level.maps[number]
+                roots = np.arange(count - 1, count - 1 + most)
                 roots[:1] = first + number
-                found.append(Words(ends, maps, np.full(len(times), control), roots))
-                count += len(times)
+                found.append(Words(ends, maps, np.full(most, control), roots))
+                count += most
         first += len(level.ends)
         level = _joined(found)
         parts.append(level)
@@ -184,6 +187,8 @@ def within_jackknife(words: Words, betas, limit: float) -> np.ndarray:
     Returns:
         Shape (n, m).
     """
+    if limit >= math.pi:
+        return np.ones((len(words.ends), len(betas)), dtype=bool)
     size = np.abs(angles_after(words.maps, betas))
     allowed = size <= np.maximum(limit, size[0]) + 1e-9
     for number, root in enumerate(words.roots):

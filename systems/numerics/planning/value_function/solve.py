@@ -1,9 +1,9 @@
 """Fast sweeping for the time to go of a tractor with a trailer.
 
 A node takes the best of long steps under constant control, words of arcs into the goal bound it
-from above, and the passes go up and down in theta: some twenty of them with linear interpolation,
-then a few with limited cubic interpolation, whose values replace the old ones (their minimum would
-lock undershoot in).
+from above, and the passes go up and down in theta: a dozen with linear interpolation, in the open
+most of them with the longest steps alone, then a few with limited cubic interpolation, whose values
+replace the old ones (their minimum would lock undershoot in).
 
 Close to the goal the time to go bends sharply within a cell, at the faces of the box and for paths
 that just miss it: interpolated times are too short there, and spread over the whole plane. So in
@@ -96,6 +96,8 @@ POLISH = 4
 LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
+# Linear passes with all steps that follow those with long ones alone: one each way.
+ROUGH_ENDS = 2
 
 Progress = Callable[[int, float], None]
 
@@ -150,10 +152,10 @@ def solve_value_function(
     words = None
     if walls is None:
         near, words = near_words(grid, cart, box, scale, mirrored=mirrored)
-        held = near <= HELD
+        held = HELD
     else:
         near = first_hits(grid, cart, box, scale, walls)
-        held = np.zeros(near.shape, dtype=bool)
+        held = -math.inf
     sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     if warm_start is not None:
@@ -167,9 +169,8 @@ def solve_value_function(
         sweeps += 1
         if progress:
             progress(sweeps, change * unit)
-    table = sweep.times() * np.float32(unit)
     return ValueFunction(
-        table=table,
+        table=sweep.times(unit),
         grid=grid,
         trailer=trailer,
         goal=box,
@@ -223,68 +224,77 @@ class _Sweep:
         self,
         grid: StateGrid,
         near: np.ndarray,
-        held: np.ndarray,
+        held: float,
         motions: Motions,
         mirrored: bool,
         shut: np.ndarray | None,
     ):
-        m = motions
-        gap = int(np.abs(m.x_cells).max()) + 3
+        """Begin with what is known near the goal, which is kept as it is where it is `held`."""
+        gap = int(np.abs(motions.x_cells).max()) + 3
         self._grid, self._mirrored, self._width = grid, mirrored, grid.x_count + gap
-        columns = ((0, 0), (0, 0), (0, 0), (0, gap))
-        wide = np.pad(near, columns, constant_values=FAR)
-        self._near = wide.reshape(grid.theta_count, grid.beta_count, -1)
-        self._held = np.pad(held, columns).reshape(self._near.shape)
-        self._table = self._near.copy()
+        self._near, self._held = near, np.float32(held)
+        lines = (*grid.shape[:3], self._width)
+        self._table = np.full((*grid.shape[:2], grid.y_count * self._width), FAR, dtype=np.float32)
+        self._table.reshape(lines)[..., : grid.x_count] = near
         self._best = np.empty(self._table.shape[1:], dtype=np.float32)
-        self._shut = None if shut is None else np.pad(shut, columns).reshape(self._near.shape)
-        self._motions = (
-            m.durations,
-            m.turns,
-            m.x_cells,
-            m.x_parts,
-            m.y_cells,
-            m.y_parts,
-            m.beta_cells,
-            m.beta_parts,
-        )
+        self._shut = None
+        if shut is not None:
+            wide = np.pad(shut, ((0, 0), (0, 0), (0, 0), (0, gap)))
+            self._shut = wide.reshape(self._table.shape)
+        self._all, self._long = motions, motions.long()
 
     def start_from(self, times: np.ndarray) -> None:
         """Lower the table to times, shape of the grid [1 / turn rate]."""
-        grid = self._grid
-        table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
+        table = self._nodes()
         np.minimum(table, times, out=table)
 
     def passes(self, polish: int) -> Iterator[float]:
-        """Linear passes until little changes, then so many cubic ones; yields the changes."""
+        """Linear passes until little changes, then so many cubic ones; yields the changes.
+
+        Cubic passes need little more than a start from which every node is reached. Long steps give
+        it with half the work, but for nodes that only short ones lead out of.
+        """
+        rough = polish > 0 and self._shut is None
+        enough = ROUGH_CHANGE if polish else LINEAR_CHANGE
         number, change = 0, math.inf
-        while number < LINEAR_LIMIT and change >= (ROUGH_CHANGE if polish else LINEAR_CHANGE):
-            yield (change := self(cubic=False, upwards=number % 2 == 0))
+        while number < LINEAR_LIMIT and change >= enough:
+            motions = self._long if rough else self._all
+            yield (change := self(motions, cubic=False, upwards=number % 2 == 0))
+            number += 1
+        ends = number + ROUGH_ENDS * rough
+        while number < ends or (rough and change >= LIMIT and number < LINEAR_LIMIT):
+            yield (change := self(self._all, cubic=False, upwards=number % 2 == 0))
             number += 1
         for more in range(polish):
-            yield self(cubic=True, upwards=(number + more) % 2 == 0)
+            yield self(self._all, cubic=True, upwards=(number + more) % 2 == 0)
 
-    def __call__(self, *, cubic: bool, upwards: bool) -> float:
-        """One pass; returns the largest change."""
+    def __call__(self, motions: Motions, *, cubic: bool, upwards: bool) -> float:
+        """One pass with some motions; returns the largest change."""
         count = self._grid.theta_count
         rows = range(count // 2 + 1) if self._mirrored else range(count)
         change = 0.0
-        width, columns = self._width, self._grid.x_count
+        width, steps = self._width, motions[2:]
         for t in rows if upwards else reversed(rows):
             if self._shut is None:
-                sweep_row(self._table, t, cubic, *self._motions, width, self._best)
+                sweep_row(self._table, t, cubic, *steps, width, self._best)
             else:
                 walled = (self._table, t, cubic, self._shut)
-                sweep_walled_row(*walled, *self._motions, width, self._best)
-            row = (self._table, t, self._best, self._near, self._held, width, columns)
+                sweep_walled_row(*walled, *steps, width, self._best)
+            row = (self._table, t, self._best, self._near, self._held, width)
             change = max(change, float(settle_row(*row, self._mirrored)))
         return change
 
-    def times(self) -> np.ndarray:
-        """The table so far; infinite: unreachable."""
-        grid = self._grid
-        table = self._table.reshape(*grid.shape[:3], self._width)[..., : grid.x_count]
-        return np.where(table < LIMIT, table, np.float32(np.inf))
+    def _nodes(self) -> np.ndarray:
+        """The table without the unreachable columns, shape of the grid."""
+        lines = self._table.reshape(*self._grid.shape[:3], self._width)
+        return lines[..., : self._grid.x_count]
+
+    def times(self, unit: float) -> np.ndarray:
+        """The table so far in some unit; infinite: unreachable."""
+        times = self._nodes().copy()
+        times[times >= LIMIT] = np.inf
+        times *= np.float32(unit)
+        return times
 
 
 # How far a start may be from the goal, along each axis of the goal, in turning radii: a table is

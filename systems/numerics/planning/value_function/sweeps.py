@@ -17,7 +17,7 @@ have at least half of its weight: this puts the edge of what is reachable midway
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +33,7 @@ DURATIONS = (1.0, 1.5, 2.0, 3.0, 6.0)
 SNAP = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class Motions:
+class Motions(NamedTuple):
     """C controls, held for a while, from every node.
 
     Attributes:
@@ -59,6 +58,11 @@ class Motions:
     y_parts: np.ndarray
     beta_cells: np.ndarray
     beta_parts: np.ndarray
+
+    def long(self) -> "Motions":
+        """Those that last at least half as long as the longest."""
+        chosen = 2 * self.multiples >= self.multiples.max()
+        return Motions(*(column[chosen] for column in self))
 
 
 def step_multiples(grid: StateGrid) -> tuple[int, ...]:
@@ -229,40 +233,42 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
 
 
 @compiled
-def settle_row(table, t, best, near, held, width, x_count, mirrored):
+def settle_row(table, t, best, near, held, width, mirrored):
     """Write a row, bounded by the near field, and its mirror image; return the largest change.
 
     Args:
-        table: Values, shape (theta, beta, y x).
+        table: Values, shape (theta, beta, y width).
         t: Number of the row in theta.
-        best: New values of the row, shape (beta, y x).
-        near: Bounds near the goal, shape of the table.
-        held: Where such a bound is the time itself, shape of the table.
+        best: New values of the row, shape (beta, y width).
+        near: Bounds near the goal, shape (theta, beta, y, x).
+        held: Up to which value such a bound is the time itself.
         width: Entries from one y to the next, those beyond the grid included.
-        x_count: Nodes along x.
         mirrored: Whether the row -theta has the mirror image of the values.
     """
     theta_count, beta_count, n = table.shape
-    change = np.float32(0.0)
+    changes = np.zeros(near.shape[3], dtype=np.float32)
     for b in range(beta_count):
-        old, new, bound, known = table[t, b], best[b], near[t, b], held[t, b]
-        for i in range(x_count, n, width):
-            new[i : i + width - x_count] = FAR
-        for i in range(n):
-            value = new[i] if new[i] < bound[i] and not known[i] else bound[i]
-            value = value if value < LIMIT else FAR
-            step = abs(value - old[i])
-            change = step if step > change else change
-            old[i] = value
+        for j in range(near.shape[2]):
+            line = table[t, b, j * width :]
+            _settle(line, best[b, j * width :], near[t, b, j], held, changes)
     other = (theta_count - t) % theta_count
-    if mirrored:
+    if mirrored and other != t:
         for b in range(beta_count):
             target = table[other, (beta_count - b) % beta_count]
             source = table[t, b]
-            if other != t:
-                for i in range(0, n, width):
-                    target[n - width - i : n - i] = source[i : i + width]
-    return change
+            for i in range(0, n, width):
+                target[n - width - i : n - i] = source[i : i + width]
+    return changes.max()
+
+
+@kernel
+def _settle(line, new, bounds, held, changes):
+    """Write one line; note the largest change of each column."""
+    for i in range(len(bounds)):
+        value = min(new[i], bounds[i]) if bounds[i] > held else bounds[i]
+        value = value if value < LIMIT else FAR
+        changes[i] = max(changes[i], abs(value - line[i]))
+        line[i] = value
 
 
 # Least weight of the reachable nodes of a cell with which they stand for all of it.
