@@ -117,6 +117,8 @@ DRAWN, FEWEST_ARCS, MOST_ARCS, KEPT_ALIKE, KEPT = 4000, 3, 6, 10, 40
 FORWARDS = 0.3
 # One straight of a word is made longer by up to this many times the distance to the goal.
 FARTHER = 1.2
+# Most turns before and after a long straight, and how long that is, as shares of the distance.
+TURNS, STRAIGHT = (2, 3), (0.5, 1.1)
 # Most corrections of a word, the longest change of a turn in one [1 / turn rate], and the damping
 # that limits corrections which would hardly move the end.
 CORRECTIONS, LONGEST_CHANGE, DAMPING = 12, 1.0, 1e-4
@@ -183,6 +185,32 @@ def scattered_words(trailer: Trailer, start, goal: Goal, count: int) -> list[Arc
         ArcWord(pairs[:used] * units, held[:used] / trailer.turn_rate)
         for pairs, held, used in zip(controls, durations, arcs, strict=True)
     ]
+
+
+def manoeuvre_words(trailer: Trailer, start, goal: Goal, gear: int, count: int) -> list[ArcWord]:
+    """Words of some turns, a long straight and some turns, wherever they end; the same every time.
+
+    Args:
+        trailer: Which drives, in the open field.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+        goal: The box, or point, about as far away as the straights are long.
+        gear: Of the straights, 1 or -1.
+        count: How many.
+    """
+    rng = np.random.default_rng(0)
+    turns = control_set(trailer)
+    turns = turns[turns[:, 1] != 0]
+    units = np.array([trailer.speed, trailer.turn_rate])
+    far = math.dist(start[:2], goal.state[:2]) / trailer.speed
+    words = []
+    for _ in range(count):
+        first, last = (rng.integers(1, most + 1) for most in TURNS)
+        controls = turns[rng.integers(len(turns), size=first + 1 + last)]
+        controls[first] = gear, 0
+        durations = rng.exponential(1.0, len(controls)) / trailer.turn_rate
+        durations[first] += far * rng.uniform(*STRAIGHT)
+        words.append(ArcWord(controls * units, durations))
+    return words
 
 
 def _draw(trailer: Trailer, count: int, far: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

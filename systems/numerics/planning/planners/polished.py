@@ -13,7 +13,6 @@ from ..arc_words.candidates import (
     drawn_words,
     keeps_limit,
     quickest_words,
-    scattered_words,
 )
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import merged
@@ -29,13 +28,11 @@ from ..value_function.descents import Descent, descents
 from ..value_function.grid import THESIS_STEP
 from ..value_function.solve import open_field_table
 from ..value_function.value_function import ValueFunction, word_known
+from .chance import paths_by_chance
 
 METHOD = "polished"
 # Most ways down the table, words, and paths of a car from which the programme is solved.
 WAYS, WORDS, CAR_PATHS = 2, 4, 8
-# Random words that end anywhere: at most, and per lot. Lots are added until this many words have
-# led to the quickest known path, to within this share of its time.
-SCATTERED, LOT, OFTEN, _SAME = 160, 20, 3, 1e-3
 # Ways down the table that are made into words, with durations that take exactly the least time.
 WORD_WAYS = 4
 # Fewer where the extremal solver has found a path, or a table tells the quickest way.
@@ -75,8 +72,8 @@ def plan_polished(
     for any cart and distance, and shortest words of a car. With reverse, a long trailer or one that
     starts beyond a right angle, and where no table tells the way, words are drawn at random as
     well, the same every time: some that lead into the box, and others that end anywhere, until
-    several of these have led to the quickest path. A small programme tells which lead to the
-    quickest paths; the switches of these are then placed exactly.
+    several of these have led to the quickest path, far away in each gear. A small programme tells
+    which lead to the quickest paths; the switches of these are then placed exactly.
     To a point, or a point with a tolerance in beta alone, the extremal solver is asked too. There
     may be more optima than seeds, and the best may be missed.
 
@@ -120,7 +117,12 @@ def plan_polished(
     seeds, arcs = _seeds(problem, ways, value, extremal, many)
     coarse = [(name, _solved(quick, path, _COARSE_INTERVALS)) for name, path in seeds]
     if many:
-        coarse += [("drawn word", each) for each in _by_chance(quick, coarse)]
+        drawn = paths_by_chance(
+            quick,
+            lambda path: _solved(quick, path, _COARSE_INTERVALS),
+            [each for _, each in coarse],
+        )
+        coarse += [("drawn word", each) for each in drawn]
     found = [each for each in coarse if each[1].is_path]
     notes: dict[str, object] = {
         "table": None if value is None else value.grid.shape,
@@ -159,25 +161,6 @@ def _solved(problem: Problem, path: TrailerPath, intervals: int) -> Attempt:
     """The programme of three arcs of so many intervals each, solved from a path."""
     ends = _ENDS / problem.trailer.turn_rate
     return problem.solve(resampled(path, intervals, ends))
-
-
-def _by_chance(problem: Problem, known: list[tuple[str, Attempt]]) -> list[Attempt]:
-    """Attempts from words that end anywhere, until the quickest path has been found often enough.
-
-    If it was found only once, others that are as hard to find are likely still missing (Good,
-    Biometrika 40, 1953).
-    """
-    trailer, found = problem.trailer, list[Attempt]()
-    words = scattered_words(trailer, problem.start, problem.goal, SCATTERED)
-    quickest = min((each.time for _, each in known if each.is_path), default=math.inf)
-    for first in range(0, len(words), LOT):
-        paths = [word_path(trailer, problem.start, word) for word in words[first : first + LOT]]
-        found += [_solved(problem, path, _COARSE_INTERVALS) for path in paths]
-        times = [each.time for each in found if each.is_path]
-        quickest = min([quickest, *times])
-        if sum(time <= quickest * (1 + _SAME) for time in times) >= OFTEN:
-            break
-    return found
 
 
 def _extremal(problem: Problem) -> Plan | None:
