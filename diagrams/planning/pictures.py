@@ -147,7 +147,7 @@ def save_states_picture(path: Path, verdict: PlanningVerdict) -> None:
     rows = [first, *(figure.add_subplot(grid[k, 1], sharex=first) for k in range(1, count))]
     position, theta, beta, omega = rows[:4]
     for k, row in enumerate(verdict.rows):
-        plan = row.plan.path
+        plan = verdict.shown(row)
         if plan is None:
             continue
         style: Any = {
@@ -209,7 +209,7 @@ def _draw_paths(axes: Axes, verdict: PlanningVerdict) -> None:
     if question.world is not None:
         draw_world(axes, question.world, corners=False)
     for k, row in enumerate(verdict.rows):
-        plan, colour = row.plan.path, METHOD_COLOURS[row.method]
+        plan, colour = verdict.shown(row), METHOD_COLOURS[row.method]
         if plan is None:
             axes.plot([], [], color=colour, label=f"{row.method}, no path")
             continue
@@ -267,7 +267,7 @@ def followed_row(verdict: PlanningVerdict) -> Row | None:
 
 
 def slices_along(
-    value: ValueFunction, row: Row | None, start, bounds: np.ndarray, count: int
+    value: ValueFunction, path: TrailerPath | None, start, bounds: np.ndarray, count: int
 ) -> list[ValueSlice]:
     """Slices at equally spaced moments of a plan; without a plan, one at the start.
 
@@ -276,14 +276,13 @@ def slices_along(
 
     Args:
         value: The table.
-        row: Whose plan; see `followed_row`.
+        path: Of the plan, as it is shown; None: there is none.
         start: x, y, theta, beta of the question [m], [m], [rad], [rad].
         bounds: x_min, y_min, x_max, y_max of the slices, shape (4,) [m].
         count: How many, at least two.
     """
     moments, states = np.zeros(1), np.array([start], dtype=float)
-    if row is not None and row.plan.path is not None:
-        path = row.plan.path
+    if path is not None:
         moments = np.linspace(path.times[0], path.times[-1], count)
         states = np.array([np.interp(moments, path.times, column) for column in path.states.T]).T
     x, y = (
@@ -352,8 +351,8 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
     if value is None:
         return False
     row = followed_row(verdict)
-    start = verdict.question.start
-    slices = slices_along(value, row, start, extent(value), _COLUMNS * _ROWS)
+    way = None if row is None else verdict.shown(row)
+    slices = slices_along(value, way, verdict.question.start, extent(value), _COLUMNS * _ROWS)
     levels = band_levels(slices)
     columns, rows = (_COLUMNS, _ROWS) if len(slices) > 1 else (1, 1)
     figure = Figure(figsize=(4.2 * columns + 0.8, 4.2 * rows + 0.5), layout="constrained")
@@ -368,7 +367,7 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
             filled = axes.contourf(piece.x, piece.y, times, levels, cmap=colours)
             lines = axes.contour(piece.x, piece.y, times, levels, colors="black", linewidths=0.4)
             axes.clabel(lines, levels[::2], fontsize=7, fmt="%g")
-        _draw_cart(axes, verdict, piece)
+        _draw_cart(axes, verdict, way, piece)
         axes.set_xlabel("x [m]")
         axes.set_ylabel("y [m]")
         axes.label_outer()
@@ -381,19 +380,23 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
     return True
 
 
-def _draw_cart(axes: Axes, verdict: PlanningVerdict, piece: ValueSlice) -> None:
+def _draw_cart(
+    axes: Axes, verdict: PlanningVerdict, way: TrailerPath | None, piece: ValueSlice
+) -> None:
     """The way so far, where the cart is, its heading and its trailer, and the goal."""
     row = followed_row(verdict)
     x, y, theta, beta = piece.state
-    if row is not None and row.plan.path is not None:
-        done = row.plan.path.states[row.plan.path.times <= piece.moment + 1e-9]
-        way = np.vstack([done[:, :2], [(x, y)]])
-        axes.plot(*way.T, color=METHOD_COLOURS[row.method], linewidth=2.0)
+    if row is not None and way is not None:
+        done = way.states[way.times <= piece.moment + 1e-9]
+        points = np.vstack([done[:, :2], [(x, y)]])
+        axes.plot(*points.T, color=METHOD_COLOURS[row.method], linewidth=2.0)
     size = verdict.question.trailer.length
     axes.plot([x, x + 0.8 * size * np.cos(theta)], [y, y + 0.8 * size * np.sin(theta)], "k-", lw=2)
-    axes.plot(
-        [x, x - size * np.cos(theta - beta)], [y, y - size * np.sin(theta - beta)], "k-", lw=1
-    )
+    # By the hitch to the trailer's axle.
+    back = verdict.question.trailer.hitch_offset
+    towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, verdict.question.trailer)
+    hitch_x, hitch_y = x - back * np.cos(theta), y - back * np.sin(theta)
+    axes.plot([x, hitch_x, float(towed_x)], [y, hitch_y, float(towed_y)], "k-", lw=1)
     axes.plot(x, y, "ko", markersize=4)
     axes.plot(*verdict.question.goal.state[:2], "ks", markersize=4, fillstyle="none")
     axes.set_aspect("equal")

@@ -119,7 +119,7 @@ class PlanningScene:
         self.meshcat = meshcat
         self._trailer = verdict.question.trailer
         self._paths = {
-            row.method: row.plan.path for row in verdict.rows if row.plan.path is not None
+            row.method: path for row in verdict.rows if (path := verdict.shown(row)) is not None
         }
         low, high = _view(verdict, self._paths)
         span = float(max(high[1] - low[1], (high[0] - low[0]) / 1.05))
@@ -129,8 +129,8 @@ class PlanningScene:
         self._draw_ends(verdict, 0.003 * span)
         self._draw_names(verdict, (low[0] - 0.44 * span, high[1]), span)
         for k, row in enumerate(verdict.rows):
-            if row.plan.path is not None:
-                self._draw_way(row.method, row.plan.path, (k, len(verdict.rows)), span)
+            if row.method in self._paths:
+                self._draw_way(row.method, (k, len(verdict.rows)), span)
         self._value = self._draw_value(verdict, low, high, span)
         # On the floor, above all ways.
         self._stage.raise_to("ends", 0.0005 * span * (2 * len(verdict.rows) + 2))
@@ -205,29 +205,30 @@ class PlanningScene:
         if value is None:
             return None
         bounds = np.array([*low, *high])
-        slices = slices_along(value, row, verdict.question.start, bounds, _SLICES)
+        way = None if row is None else self._paths[row.method]
+        slices = slices_along(value, way, verdict.question.start, bounds, _SLICES)
         self._stage.raise_to("value", 0.00025 * span)
         corner = (float(low[0]) - 0.44 * span, 0.5 * float(low[1] + high[1]) - 0.48 * span)
         whose = "the start" if row is None else row.method
         return ValueFloor(self._stage, slices, whose, corner, 0.02 * span, _INK)
 
-    def _draw_way(
-        self, method: str, path: TrailerPath, place: tuple[int, int], span: float
-    ) -> None:
+    def _draw_way(self, method: str, place: tuple[int, int], span: float) -> None:
         """Swept area and way on the floor, and the cart itself.
 
         Planners that agree cover each other, so the later ones are lower and slimmer: the place is
         a number and how many there are.
         """
         number, count = place
-        colour = METHOD_COLOURS[method]
+        path, colour = self._paths[method], METHOD_COLOURS[method]
         trailer, stage = self._trailer, self._stage
         # Many areas on top of each other shall still let the floor through.
         shade = paint(*colour, min(0.22, 0.8 / len(self._paths)))
         stage.raise_to(f"ways/{method}/swept", 0.0005 * span * (2 * number + 1))
         stage.mesh(f"ways/{method}/swept", flat_mesh(swept_area(path, trailer)), shade)
         stage.raise_to(f"ways/{method}/line", 0.0005 * span * (2 * number + 2))
-        points = path.states[:, :2]
+        line = shapely.LineString(path.states[:, :2]) if len(path.times) > 1 else shapely.Point()
+        # A bar for each of thousands of samples would make a large page.
+        points = shapely.get_coordinates(shapely.simplify(line, 2e-4 * span))
         stage.mesh(
             f"ways/{method}/line",
             bar_mesh(points[:-1], points[1:], 0.003 * line_width(number, count) * span),

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
+from ...systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from ...systems.numerics.planning.footprint import require_clear_ends
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
@@ -164,6 +165,27 @@ class PlanningVerdict:
             if isinstance(value, ValueFunction):
                 return value
         return None
+
+    def shown(self, row: Row) -> TrailerPath | None:
+        """A plan's path in samples so near that straight lines between them look like its arcs.
+
+        Planners sample a long arc at its ends alone.
+        """
+        path = row.plan.path
+        if path is None or row.driven is None:
+            return path
+        arcs = [
+            word_path(self.question.trailer, state, ArcWord(control[None], np.array([duration])))
+            for state, control, duration in zip(
+                path.states[:-1], path.controls, np.diff(path.times), strict=True
+            )
+        ]
+        begins = zip(path.times[:-1], arcs, strict=True)
+        return TrailerPath(
+            np.concatenate([*(begin + arc.times[:-1] for begin, arc in begins), path.times[-1:]]),
+            np.concatenate([*(arc.states[:-1] for arc in arcs), path.states[-1:]]),
+            np.concatenate([arc.controls for arc in arcs]),
+        )
 
     def gap_to_best(self, row: Row) -> float | None:
         """How much longer than the best plan, relative to it; None where there is no other."""

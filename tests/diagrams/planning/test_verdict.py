@@ -20,6 +20,7 @@ from sightfield.diagrams.planning.verdict import (
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.trailer import Trailer
 
 EXACT = ["casadi", "extremal", "primitive"]
 START, GOAL = (1.0, 1.0, 0.0, 0.0), (4.0, 4.0, 0.0, 0.0)
@@ -58,6 +59,26 @@ def test_what_a_table_promises_stands_beside_what_its_path_takes(verdict):
     assert told["methods"]["casadi"]["time_to_go"] == 5.2
     assert told["methods"]["casadi"]["time"] == plan.time
     assert told["methods"]["extremal"]["time_to_go"] is None
+
+
+def test_what_is_shown_moves_as_a_cart_does():
+    """Planners know long arcs by their ends; between those a cart follows no chord."""
+    cart = Trailer(speed=1.3, turn_rate=0.98, length=5.0, hitch_offset=1.0)
+    goal = Goal(state=(2.0, -6.0, 2.2, 0.0), tolerance=(0.3, 0.3, 0.25, 0.25))
+    question = PlanningQuestion(start=(39.0, 20.0, 2.5, 0.6), goal=goal, trailer=cart)
+    asked = ask_methods(question, ["casadi"])
+    (row,) = asked.rows
+    plan, shown = row.plan.path, asked.shown(row)
+    assert np.diff(plan.times).max() > 2.0
+    places = np.searchsorted(shown.times, plan.times)
+    np.testing.assert_array_equal(shown.states[places], plan.states)
+    # Every chord along the heading in its middle, as wheels roll.
+    steps, middle = np.diff(shown.states, axis=0), (shown.states[1:] + shown.states[:-1]) / 2
+    forwards = steps[:, 0] * np.cos(middle[:, 2]) + steps[:, 1] * np.sin(middle[:, 2])
+    aside = steps[:, 1] * np.cos(middle[:, 2]) - steps[:, 0] * np.sin(middle[:, 2])
+    np.testing.assert_allclose(forwards, cart.speed * np.diff(shown.times), rtol=2e-4, atol=1e-6)
+    np.testing.assert_allclose(aside, 0.0, atol=1e-6)
+    assert np.abs(np.diff(shown.states[:, 2:], axis=0)).max() < 0.15
 
 
 def test_gaps_are_relative_to_the_best_and_to_the_bound(verdict):

@@ -297,13 +297,16 @@ def blocked_along(traffic, boxes, first, second, gap, begin, step, count):
 
 @compiled
 def least_gaps(traffic, boxes, first, second, times):
-    """Least distance of a tractor and its trailer to the traffic at some moments, shape (n,) [m].
+    """Least distance of a tractor and its trailer to the traffic at some moments.
 
     Args:
         traffic: The others.
         boxes: Of the tractor and the trailer, shape (2, 3) [m].
         first, second: Poses of the tractor and the trailer at the moments, shape (n, 3).
         times: The moments; the samples nearest to them count, shape (n,) [s].
+
+    Returns:
+        Shape (n,) [m]; infinite where nothing is within 60 m of the tractor.
     """
     found = np.full(len(times), np.inf)
     last = traffic.poses.shape[1] - 1
