@@ -45,8 +45,9 @@ _LONGER = 2.0
 # Of the programme that is solved from every seed: intervals of each of its three arcs, how long the
 # first and the last are [1 / turn rate], and iterations. Few are enough to tell which is best.
 _COARSE_INTERVALS, _ENDS, _QUICK_ITERATIONS = 8, 8.0, 100
-# Most paths of the small programme that are refined: its few intervals may rank them wrongly.
-REFINED = 4
+# Its few intervals may rank paths wrongly, and take a path for several. So its best paths are
+# refined until so many have come out unlike, but at most so many of them.
+REFINED, _MOST_REFINED = 4, 12
 # Intervals of each arc and iterations of the programme that solves a path again, if its switches
 # cannot be placed.
 _INTERVALS, _MAX_ITERATIONS = 24, 200
@@ -264,10 +265,9 @@ def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]
 
 def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> Attempt:
     """The best path near coarse attempts, with its switches in place if they can be placed."""
-    near = near_best(found)[:REFINED]
-    refined = list(near)
+    refined, times = list[Attempt](), list[float]()
     unplaced = False
-    for coarse in near:
+    for coarse in near_best(found)[:_MOST_REFINED]:
         placed = [each for each in with_placed_switches(problem, [coarse]) if each.is_path]
         # A coarse path is one of the cart too, so that the optimum beside it takes no longer.
         longest = coarse.time * (1 + _WORTH)
@@ -275,7 +275,12 @@ def _refined(problem: Problem, found: list[Attempt], fell_back: list[str]) -> At
             unplaced = True
             fine = _solved(problem, coarse.path, _INTERVALS)
             placed += [fine, *with_placed_switches(problem, [fine])]
-        refined += placed
+        refined += [coarse, *placed]
+        time = min(each.time for each in (coarse, *placed) if each.is_path)
+        if all(abs(time - other) > _ALIKE * time for other in times):
+            times.append(time)
+        if len(times) == REFINED:
+            break
     if unplaced:
         fell_back.append("switches not placed: solved in more intervals first")
     return min(refined, key=lambda each: (not each.is_path, *each.rank))
