@@ -1,9 +1,9 @@
 """Fast sweeping for the time to go of a tractor with a trailer.
 
 A node takes the best of long steps under constant control, words of arcs into the goal bound it
-from above, and the passes go up and down in theta: a dozen with linear interpolation, in the open
-most of them with the longest steps alone, then a few with limited cubic interpolation, whose values
-replace the old ones (their minimum would lock undershoot in).
+from above, and the passes go up and down in theta: some twenty of them with linear interpolation,
+then a few with limited cubic interpolation, whose values replace the old ones (their minimum would
+lock undershoot in).
 
 Close to the goal the time to go bends sharply within a cell, at the faces of the box and for paths
 that just miss it: interpolated times are too short there, and spread over the whole plane. So in
@@ -96,8 +96,6 @@ POLISH = 4
 LINEAR_LIMIT = 400
 LINEAR_CHANGE = 1e-3
 ROUGH_CHANGE = 0.1
-# Linear passes with all steps that follow those with long ones alone: one each way.
-ROUGH_ENDS = 2
 
 Progress = Callable[[int, float], None]
 
@@ -241,7 +239,7 @@ class _Sweep:
         if shut is not None:
             wide = np.pad(shut, ((0, 0), (0, 0), (0, 0), (0, gap)))
             self._shut = wide.reshape(self._table.shape)
-        self._all, self._long = motions, motions.long()
+        self._motions = motions
 
     def start_from(self, times: np.ndarray) -> None:
         """Lower the table to times, shape of the grid [1 / turn rate]."""
@@ -249,31 +247,21 @@ class _Sweep:
         np.minimum(table, times, out=table)
 
     def passes(self, polish: int) -> Iterator[float]:
-        """Linear passes until little changes, then so many cubic ones; yields the changes.
-
-        Cubic passes need little more than a start from which every node is reached. Long steps give
-        it with half the work, but for nodes that only short ones lead out of.
-        """
-        rough = polish > 0 and self._shut is None
+        """Linear passes until little changes, then so many cubic ones; yields the changes."""
         enough = ROUGH_CHANGE if polish else LINEAR_CHANGE
         number, change = 0, math.inf
         while number < LINEAR_LIMIT and change >= enough:
-            motions = self._long if rough else self._all
-            yield (change := self(motions, cubic=False, upwards=number % 2 == 0))
-            number += 1
-        ends = number + ROUGH_ENDS * rough
-        while number < ends or (rough and change >= LIMIT and number < LINEAR_LIMIT):
-            yield (change := self(self._all, cubic=False, upwards=number % 2 == 0))
+            yield (change := self(cubic=False, upwards=number % 2 == 0))
             number += 1
         for more in range(polish):
-            yield self(self._all, cubic=True, upwards=(number + more) % 2 == 0)
+            yield self(cubic=True, upwards=(number + more) % 2 == 0)
 
-    def __call__(self, motions: Motions, *, cubic: bool, upwards: bool) -> float:
-        """One pass with some motions; returns the largest change."""
+    def __call__(self, *, cubic: bool, upwards: bool) -> float:
+        """One pass; returns the largest change."""
         count = self._grid.theta_count
         rows = range(count // 2 + 1) if self._mirrored else range(count)
         change = 0.0
-        width, steps = self._width, motions[2:]
+        width, steps = self._width, self._motions[2:]
         for t in rows if upwards else reversed(rows):
             if self._shut is None:
                 sweep_row(self._table, t, cubic, *steps, width, self._best)

@@ -59,11 +59,6 @@ class Motions(NamedTuple):
     beta_cells: np.ndarray
     beta_parts: np.ndarray
 
-    def long(self) -> "Motions":
-        """Those that last at least half as long as the longest."""
-        chosen = 2 * self.multiples >= self.multiples.max()
-        return Motions(*(column[chosen] for column in self))
-
 
 def step_multiples(grid: StateGrid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""

@@ -191,18 +191,6 @@ def test_a_jackknifed_cart_is_out_of_reach():
     assert value.time_to_go([-2, 0, 0, 1.0]) < 4
 
 
-@pytest.mark.parametrize("reverse", [False, True])
-def test_long_steps_leave_no_node_out(reverse):
-    trailer, goal = Trailer(jackknife=0.9, reverse=reverse), Goal(state=(0, 0, 0, 0))
-    grid = StateGrid.of_step(0.4)
-    # By all steps in every pass.
-    reached = np.isfinite(solve_value_function(trailer, goal, grid, polish=0).table)
-    value = solve_value_function(trailer, goal, grid)
-    assert 0.5 < reached.mean() < 0.7
-    np.testing.assert_array_equal(np.isfinite(value.table), reached)
-    assert value.residual < 1.0
-
-
 def test_progress_hears_of_every_pass():
     heard = []
     goal = Goal(state=(0, 0, 0, 0), tolerance=(0.8, 0.8, 0.8, 0.8))
