@@ -147,7 +147,7 @@ def save_states_picture(path: Path, verdict: PlanningVerdict) -> None:
     rows = [first, *(figure.add_subplot(grid[k, 1], sharex=first) for k in range(1, count))]
     position, theta, beta, omega = rows[:4]
     for k, row in enumerate(verdict.rows):
-        plan = verdict.shown(row)
+        plan = verdict.shown.get(row.method)
         if plan is None:
             continue
         style: Any = {
@@ -209,7 +209,7 @@ def _draw_paths(axes: Axes, verdict: PlanningVerdict) -> None:
     if question.world is not None:
         draw_world(axes, question.world, corners=False)
     for k, row in enumerate(verdict.rows):
-        plan, colour = verdict.shown(row), METHOD_COLOURS[row.method]
+        plan, colour = verdict.shown.get(row.method), METHOD_COLOURS[row.method]
         if plan is None:
             axes.plot([], [], color=colour, label=f"{row.method}, no path")
             continue
@@ -351,7 +351,7 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
     if value is None:
         return False
     row = followed_row(verdict)
-    way = None if row is None else verdict.shown(row)
+    way = None if row is None else verdict.shown[row.method]
     slices = slices_along(value, way, verdict.question.start, extent(value), _COLUMNS * _ROWS)
     levels = band_levels(slices)
     columns, rows = (_COLUMNS, _ROWS) if len(slices) > 1 else (1, 1)
@@ -367,7 +367,7 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
             filled = axes.contourf(piece.x, piece.y, times, levels, cmap=colours)
             lines = axes.contour(piece.x, piece.y, times, levels, colors="black", linewidths=0.4)
             axes.clabel(lines, levels[::2], fontsize=7, fmt="%g")
-        _draw_cart(axes, verdict, way, piece)
+        _draw_cart(axes, verdict, piece)
         axes.set_xlabel("x [m]")
         axes.set_ylabel("y [m]")
         axes.label_outer()
@@ -380,21 +380,20 @@ def save_value_picture(path: Path, verdict: PlanningVerdict) -> bool:
     return True
 
 
-def _draw_cart(
-    axes: Axes, verdict: PlanningVerdict, way: TrailerPath | None, piece: ValueSlice
-) -> None:
+def _draw_cart(axes: Axes, verdict: PlanningVerdict, piece: ValueSlice) -> None:
     """The way so far, where the cart is, its heading and its trailer, and the goal."""
     row = followed_row(verdict)
     x, y, theta, beta = piece.state
-    if row is not None and way is not None:
+    if row is not None:
+        way = verdict.shown[row.method]
         done = way.states[way.times <= piece.moment + 1e-9]
         points = np.vstack([done[:, :2], [(x, y)]])
         axes.plot(*points.T, color=METHOD_COLOURS[row.method], linewidth=2.0)
-    size = verdict.question.trailer.length
+    trailer = verdict.question.trailer
+    size, back = trailer.length, trailer.hitch_offset
     axes.plot([x, x + 0.8 * size * np.cos(theta)], [y, y + 0.8 * size * np.sin(theta)], "k-", lw=2)
     # By the hitch to the trailer's axle.
-    back = verdict.question.trailer.hitch_offset
-    towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, verdict.question.trailer)
+    towed_x, towed_y, _ = trailer_pose(x, y, theta, beta, trailer)
     hitch_x, hitch_y = x - back * np.cos(theta), y - back * np.sin(theta)
     axes.plot([x, hitch_x, float(towed_x)], [y, hitch_y, float(towed_y)], "k-", lw=1)
     axes.plot(x, y, "ko", markersize=4)

@@ -118,9 +118,7 @@ class PlanningScene:
         """Draw what stands still: floor, walls, swept areas, ways, names, start and goal."""
         self.meshcat = meshcat
         self._trailer = verdict.question.trailer
-        self._paths = {
-            row.method: path for row in verdict.rows if (path := verdict.shown(row)) is not None
-        }
+        self._paths = verdict.shown
         low, high = _view(verdict, self._paths)
         span = float(max(high[1] - low[1], (high[0] - low[0]) / 1.05))
         self._stage = Stage(meshcat, ROOT, recording=True, period=_PERIOD, tolerance=5e-5 * span)

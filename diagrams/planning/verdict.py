@@ -7,15 +7,15 @@ that no path can beat, or planners that work in different ways agree.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-from ...systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from ...systems.numerics.planning.footprint import require_clear_ends
 from ...systems.numerics.planning.goal import Goal
 from ...systems.numerics.planning.lower_bound import lower_bound
-from ...systems.numerics.planning.plan import Plan, TrailerPath, require_path
+from ...systems.numerics.planning.plan import Plan, TrailerPath, refined_path, require_path
 from ...systems.numerics.planning.trailer import Trailer, control_excess
 from ...systems.numerics.planning.value_function.value_function import ValueFunction
 from ...systems.planning import TractorTrailer
@@ -24,6 +24,8 @@ from .methods import METHODS, PlanningQuestion, promises_optimum
 ACCURACY = 1e-11
 # The integrator's own longest step, in times that a turn by one radian takes.
 LONGEST_STEP = 0.1
+# Time between samples of a path that is shown, in such times.
+_SHOWN_STEP = 0.05
 # How far a converged plan's controls may lead from the goal, in the units of the state.
 DRIVEN_TOLERANCE = 1e-4
 # Plans that take as long agree to this, relative to it, and a plan this near to the bound meets it.
@@ -166,26 +168,19 @@ class PlanningVerdict:
                 return value
         return None
 
-    def shown(self, row: Row) -> TrailerPath | None:
-        """A plan's path in samples so near that straight lines between them look like its arcs.
+    @cached_property
+    def shown(self) -> dict[str, TrailerPath]:
+        """Paths by method, with samples so near that straight lines between them look like arcs.
 
         Planners sample a long arc at its ends alone.
         """
-        path = row.plan.path
-        if path is None or row.driven is None:
-            return path
-        arcs = [
-            word_path(self.question.trailer, state, ArcWord(control[None], np.array([duration])))
-            for state, control, duration in zip(
-                path.states[:-1], path.controls, np.diff(path.times), strict=True
-            )
-        ]
-        begins = zip(path.times[:-1], arcs, strict=True)
-        return TrailerPath(
-            np.concatenate([*(begin + arc.times[:-1] for begin, arc in begins), path.times[-1:]]),
-            np.concatenate([*(arc.states[:-1] for arc in arcs), path.states[-1:]]),
-            np.concatenate([arc.controls for arc in arcs]),
-        )
+        trailer = self.question.trailer
+        step = _SHOWN_STEP / trailer.turn_rate
+        return {
+            row.method: path if row.driven is None else refined_path(path, trailer, step)
+            for row in self.rows
+            if (path := row.plan.path) is not None
+        }
 
     def gap_to_best(self, row: Row) -> float | None:
         """How much longer than the best plan, relative to it; None where there is no other."""

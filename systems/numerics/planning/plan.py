@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import require, require_positive, require_type
 from .goal import Goal
+from .held_controls import held_states
 from .trailer import Trailer, trailer_rates
 
 
@@ -121,7 +122,7 @@ def driven_path(
 
 
 def refined_path(path: TrailerPath, trailer: Trailer, step: float) -> TrailerPath:
-    """The same path with samples at most a step apart; its own samples stay.
+    """The same path with samples along its arcs, at most a step apart; its own samples stay.
 
     Args:
         path: At least two samples at increasing times.
@@ -136,10 +137,11 @@ def refined_path(path: TrailerPath, trailer: Trailer, step: float) -> TrailerPat
     times, states, controls = [path.times[:1]], [path.states[:1]], []
     for k, control in enumerate(path.controls):
         duration = float(path.times[k + 1] - path.times[k])
-        piece = driven_path(trailer, path.states[k], [(control[0], control[1], duration)], step)
-        times += [path.times[k] + piece.times[1:-1], path.times[k + 1 : k + 2]]
-        states += [piece.states[1:-1], path.states[k + 1 : k + 2]]
-        controls.append(piece.controls)
+        count = max(1, math.ceil(duration / step - 1e-9))
+        between = held_states(trailer, path.states[k], control, duration, count)[:-1]
+        times += [path.times[k] + duration / count * np.arange(1, count), path.times[k + 1 : k + 2]]
+        states += [between, path.states[k + 1 : k + 2]]
+        controls.append(np.tile(control, (count, 1)))
     return TrailerPath(np.concatenate(times), np.concatenate(states), np.concatenate(controls))
 
 

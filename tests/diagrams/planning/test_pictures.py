@@ -69,7 +69,9 @@ def cone():
 
 def test_a_slice_has_the_carts_angles_and_says_what_is_left(verdict):
     value, row = verdict.value_function, followed_row(verdict)
-    pieces = slices_along(value, verdict.shown(row), verdict.question.start, extent(value), 5)
+    pieces = slices_along(
+        value, verdict.shown[row.method], verdict.question.start, extent(value), 5
+    )
     assert [piece.moment for piece in pieces] == pytest.approx(
         np.linspace(0.0, row.plan.time, 5).tolist()
     )

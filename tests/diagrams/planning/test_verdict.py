@@ -68,7 +68,7 @@ def test_what_is_shown_moves_as_a_cart_does():
     question = PlanningQuestion(start=(39.0, 20.0, 2.5, 0.6), goal=goal, trailer=cart)
     asked = ask_methods(question, ["casadi"])
     (row,) = asked.rows
-    plan, shown = row.plan.path, asked.shown(row)
+    plan, shown = row.plan.path, asked.shown[row.method]
     assert np.diff(plan.times).max() > 2.0
     places = np.searchsorted(shown.times, plan.times)
     np.testing.assert_array_equal(shown.states[places], plan.states)

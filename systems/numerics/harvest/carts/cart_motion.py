@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ...planning.arc_words.words import half_angle_map, half_angles
+from ...planning.held_controls import half_angle_map, half_angles
 from ...planning.trailer import trailer_pose
 from ..machines import Cart
 from ..paths import MachinePath, TimedPath, join_paths

@@ -12,20 +12,10 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..goal import Goal
+from ..held_controls import half_angles, held_states
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .words import (
-    Endings,
-    Words,
-    control_set,
-    endings_of,
-    half_angles,
-    hold_beta,
-    normalised,
-    shift_of,
-    within_jackknife,
-    words_of,
-)
+from .words import Endings, Words, control_set, endings_of, normalised, within_jackknife, words_of
 
 TURN = 2.0 * math.pi
 # Of words whose times differ by less, the first is taken, so that rounding does not decide
@@ -289,11 +279,7 @@ def word_path(trailer: Trailer, start, word: ArcWord) -> TrailerPath:
     states, controls, steps = [state[None]], [], []
     for (v, omega), duration in zip(word.controls.tolist(), word.durations.tolist(), strict=True):
         count = max(2, math.ceil(_DENSITY * duration * trailer.turn_rate))
-        times = duration / count * np.arange(1, count + 1)
-        x, y, theta, beta = states[-1][-1]
-        dx, dy = shift_of(theta, v, omega, times)
-        angles = hold_beta(beta, v, omega, duration, count, trailer)[1:]
-        states.append(np.column_stack([x + dx, y + dy, theta + omega * times, angles]))
+        states.append(held_states(trailer, states[-1][-1], (v, omega), duration, count))
         controls.append(np.tile([v, omega], (count, 1)))
         steps.append(np.full(count, duration / count))
     times = np.append(0.0, np.cumsum(np.concatenate(steps)))

@@ -11,12 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arc_words.words import (
-    control_set,
-    hold_beta,
-    shift_of,
-)
+from ..arc_words.words import control_set
 from ..goal import Goal
+from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
 from .value_function import ValueFunction
 

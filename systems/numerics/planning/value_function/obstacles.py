@@ -10,8 +10,9 @@ from ...compiled import compiled, kernel
 from ...geometry.world import World
 from ..arc_words.quickest import ArcWord
 from ..arc_words.shortened import advance, normalised_in_radii
-from ..arc_words.words import control_set, hold_beta
+from ..arc_words.words import control_set
 from ..footprint import TRACTOR, TRAILER, Discs, signed_distance
+from ..held_controls import hold_beta
 from ..trailer import Trailer
 from .grid import StateGrid
 from .sweeps import step_multiples

@@ -19,8 +19,8 @@ from numpy.typing import ArrayLike
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import OVERLAP, Clearance, after, end_of, merged, shortened
-from ..arc_words.words import hold_beta, shift_of
 from ..goal import Goal
+from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
 from ..trailer import Trailer
 from .descents import descents

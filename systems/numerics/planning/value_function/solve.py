@@ -261,6 +261,7 @@ class _Sweep:
         count = self._grid.theta_count
         rows = range(count // 2 + 1) if self._mirrored else range(count)
         change = 0.0
+        # Without the controls and multiples themselves.
         width, steps = self._width, self._motions[2:]
         for t in rows if upwards else reversed(rows):
             if self._shut is None:

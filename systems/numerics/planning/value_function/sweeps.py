@@ -22,7 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from ..arc_words.words import control_set, hold_beta, shift_of
+from ..arc_words.words import control_set
+from ..held_controls import hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ..arc_words.words import control_set, hold_beta, shift_of
+from ..arc_words.words import control_set
 from ..goal import Goal
+from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
 from ..trailer import Trailer
 from .obstacles import Walls, overlaps

@@ -9,13 +9,15 @@ from scipy.integrate import solve_ivp
 from sightfield.systems.numerics.planning.arc_words.quickest import quickest_word, word_path
 from sightfield.systems.numerics.planning.arc_words.words import (
     angles_after,
-    half_angle_map,
-    half_angles,
-    hold_beta,
     within_jackknife,
     words_of,
 )
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.held_controls import (
+    half_angle_map,
+    half_angles,
+    hold_beta,
+)
 from sightfield.systems.numerics.planning.trailer import Trailer, trailer_rates
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)

@@ -16,9 +16,9 @@ GOAL = Goal(state=(WAY, 0.0, 0.0, 0.0), tolerance=(0.1, 0.1, 0.1, math.inf))
 STRAIGHT, ROUND = (1.0, 0.0, WAY), (1.0, 1.0, math.tau)
 
 
-def attempt_along(path, goal=GOAL):
+def attempt_along(path):
     """The path itself; it is one if it ends at the goal."""
-    return Attempt(path, max(goal.miss(path.states[-1])), "optimal", 1)
+    return Attempt(path, max(GOAL.miss(path.states[-1])), "optimal", 1)
 
 
 def driven(trailer, *arcs):
