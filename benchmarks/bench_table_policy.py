@@ -10,7 +10,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
+from sightfield.systems.numerics.planning.footprint import (
+    covering_discs,
+    deepest_overlap,
+    path_overlap,
+)
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.planners.from_table import grid_within
@@ -165,7 +169,7 @@ def test_among_walls():
             driven = roll_out(value, start)
             seconds.append(time.process_time() - began)
             arrived += driven.arrived and bool(goal.contains(driven.path.states[-1]))
-            depths.append(deepest_overlap(world, discs, driven.path.states))
+            depths.append(path_overlap(world, discs, driven.path, CART))
             beside = [driven.path] if len(driven.path.controls) else None
             other = plan_by_casadi(CART, start, goal, seeds=beside, obstacles=world)
             best = other.time if other.converged else math.inf

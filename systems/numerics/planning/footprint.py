@@ -10,6 +10,7 @@ import shapely
 from ..errors import InvalidInput, require, require_finite, require_positive
 from ..geometry.world import World
 from .goal import Goal
+from .plan import TrailerPath, refined_path
 from .trailer import Trailer
 
 TRACTOR = 0
@@ -139,23 +140,45 @@ def signed_distance(world: World, points: np.ndarray) -> np.ndarray:
     return np.where(inside, 1.0, -1.0) * distance
 
 
-def deepest_overlap(world: World, discs: Discs, states: np.ndarray, between: int = 8) -> float:
-    """Largest depth of a disc in a wall, negative: the least free distance [m].
+def deepest_overlap(world: World, discs: Discs, states: np.ndarray) -> float:
+    """Largest depth of a disc in a wall at some poses; negative: the least free distance [m].
 
     Args:
         world: The walls.
         discs: What the vehicle covers.
-        states: Shape (n, 4), close enough together to be interpolated.
-        between: How many places to look at from each state to the next.
+        states: x, y, theta, beta, shape (n, 4) [m], [m], [rad], [rad].
     """
-    places = np.arange(between * (len(states) - 1) + 1) / between
-    fine = np.array([np.interp(places, np.arange(len(states)), column) for column in states.T])
+    poses = np.asarray(states, dtype=float).T
     return float(
         max(
-            discs.radii[k] - signed_distance(world, np.stack(discs.centre(k, fine), axis=1)).min()
+            discs.radii[k] - signed_distance(world, np.stack(discs.centre(k, poses), axis=1)).min()
             for k in range(len(discs))
         )
     )
+
+
+# Longest way from one look at a path to the next, in turning radii and in radii of the smallest
+# disc. Past a corner the least distance lies between two looks; it is less than both by an eighth
+# of the way's square, over the disc's radius.
+_LOOK_OF_TURN, _LOOK_OF_DISC = 0.01, 0.05
+
+
+def path_overlap(world: World, discs: Discs, path: TrailerPath, trailer: Trailer) -> float:
+    """Largest depth of a disc in a wall along a path; negative: the least free distance [m].
+
+    It is looked at along the arcs that are driven: a chord of a turn leaves out what the turn
+    sweeps on its outer side.
+
+    Args:
+        world: The walls.
+        discs: What the vehicle covers.
+        path: Its samples may be far apart.
+        trailer: That drives it.
+    """
+    turning = _LOOK_OF_TURN / trailer.turn_rate
+    passing = _LOOK_OF_DISC * min(discs.radii) / trailer.speed
+    fine = refined_path(path, trailer, min(turning, passing))
+    return deepest_overlap(world, discs, fine.states)
 
 
 def require_clear_ends(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> None:

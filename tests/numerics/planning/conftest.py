@@ -11,11 +11,13 @@ import shapely
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.footprint import covering_discs
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.plan import refined_path
+from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
+
+CART = Trailer()
 
 
 @pytest.fixture(scope="session")
@@ -51,10 +53,13 @@ def depth_in_walls():
     The path is integrated afresh from its controls, and sampled every hundredth of a second.
     """
 
-    def depth(world, path):
-        trailer = Trailer()
+    def depth(world, path, trailer=CART):
         discs = covering_discs(trailer)
-        states = refined_path(path, trailer, 0.01).states
+        pieces = [
+            (*control, held)
+            for control, held in zip(path.controls, np.diff(path.times), strict=True)
+        ]
+        states = driven_path(trailer, path.states[0], pieces, 0.01).states
         edge = world.polygon.boundary
         deepest = -math.inf
         for k in range(len(discs)):

@@ -14,7 +14,7 @@ from ...geometry.world import World
 from ..arc_words.quickest import ArcWord
 from ..arc_words.shortened import end_of, is_steady
 from ..arc_words.words import normalised
-from ..footprint import Discs, deepest_overlap
+from ..footprint import Discs, path_overlap
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
@@ -328,11 +328,15 @@ def kept_clear(problem: Problem, best: Attempt) -> tuple[list[Attempt], float]:
     Returns:
         What was found on the way, the last one being the clearest, and its overlap [m].
     """
-    assert problem.obstacles is not None
-    assert problem.discs is not None
+    world, discs = problem.obstacles, problem.discs
+    assert world is not None
+    assert discs is not None
+
+    def overlap_of(attempt: Attempt) -> float:
+        return path_overlap(world, discs, attempt.path, problem.trailer)
+
     intervals = 2 * len(best.path.controls)
-    found, margin = [best], 0.0
-    overlap = deepest_overlap(problem.obstacles, problem.discs, best.path.states)
+    found, margin, overlap = [best], 0.0, overlap_of(best)
     for _ in range(_MOST_PUSHES):
         if overlap <= _CLEAR * problem.trailer.length:
             break
@@ -340,6 +344,6 @@ def kept_clear(problem: Problem, best: Attempt) -> tuple[list[Attempt], float]:
         if not pushed.is_path:
             break
         found.append(pushed)
-        overlap = deepest_overlap(problem.obstacles, problem.discs, pushed.path.states)
+        overlap = overlap_of(pushed)
         margin += max(overlap, 0.0)
     return found, max(overlap, 0.0)

@@ -12,7 +12,7 @@ from ...errors import require
 from ...geometry.world import World, make_world
 from ..arc_words.candidates import scattered_words
 from ..arc_words.quickest import word_path
-from ..footprint import Discs, covering_discs, deepest_overlap, require_clear_ends, walls_part
+from ..footprint import Discs, covering_discs, path_overlap, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
 from ..minimum_time.problem import Problem, near_best, resampled
@@ -165,7 +165,7 @@ def plan_from_table(
     if saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius:
         notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
     notes["way"], notes["programme"] = way, way in polished
-    notes["overlap"] = max(deepest_overlap(world, discs, path.states), 0.0)
+    notes["overlap"] = max(path_overlap(world, discs, path, value.trailer), 0.0)
     return Plan(
         method=METHOD,
         goal=goal,

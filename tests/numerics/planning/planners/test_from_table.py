@@ -7,7 +7,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
+from sightfield.systems.numerics.planning.footprint import covering_discs, path_overlap
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.planners.from_table import (
@@ -259,4 +259,4 @@ def test_a_way_with_other_cusps_than_the_tables_is_found_among_walls():
     assert plan.converged
     assert plan.notes["way"] == "words drawn at random, then polished"
     assert plan.time < 5.214 < 0.95 * plan.notes["driven"]
-    assert deepest_overlap(world, covering_discs(cart), plan.path.states) <= 1e-3
+    assert path_overlap(world, covering_discs(cart), plan.path, cart) <= 1e-3

@@ -76,7 +76,7 @@ def test_steps_are_shut_just_when_the_cart_would_overlap_a_wall():
         piece = (*motions.controls[c], float(motions.durations[c]))
         # Two looks in each angle between theta nodes, as the masks have.
         path = driven_path(cart, start, [piece], grid.theta_step / 2 + 1e-6)
-        depth = deepest_overlap(world, discs, path.states, between=1)
+        depth = deepest_overlap(world, discs, path.states)
         is_shut = bool(shut[t, b, j, i] >> c & 1)
         shut_count += is_shut
         # Beyond the grid there is no way, and about rounding there is nothing to say.

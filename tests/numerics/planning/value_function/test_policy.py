@@ -8,7 +8,11 @@ import pytest
 
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from sightfield.systems.numerics.planning.arc_words.shortened import after, end_of
-from sightfield.systems.numerics.planning.footprint import covering_discs, deepest_overlap
+from sightfield.systems.numerics.planning.footprint import (
+    covering_discs,
+    deepest_overlap,
+    path_overlap,
+)
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
 from sightfield.systems.numerics.planning.plan import driven_path
@@ -232,7 +236,7 @@ def test_room_is_what_the_polygons_leave(standing_rows):
     rooms, slopes = room(word.durations)
     path = word_path(cart, start, word)
     # A corner, or the middle between walls, is off by less than the raster.
-    assert rooms.min() == pytest.approx(-deepest_overlap(world, discs, path.states), abs=0.01)
+    assert rooms.min() == pytest.approx(-path_overlap(world, discs, path, cart), abs=0.01)
     last = end_of(cart, start, word)
     assert rooms[-1] == pytest.approx(room_of(walls, last), abs=1e-12)
     for k in range(3):
