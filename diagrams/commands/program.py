@@ -14,6 +14,10 @@ import sys
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _UNANSWERED = (signal.SIG_DFL, signal.default_int_handler)
 
+# Threads of the linear algebra, unless somebody has said how many: its matrices are small here, and
+# threads that wait for one another spin. Two processes on two cores took four times as long.
+_BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
 
 class Ending:
     """What ends the program from outside.
@@ -53,6 +57,8 @@ def main() -> None:
     """Run the command line, see `app.main`."""
     ending, code = Ending(), None
     ending.answer()
+    for name in _BLAS_THREADS:
+        os.environ.setdefault(name, "1")
     from .app import main as run
 
     try:

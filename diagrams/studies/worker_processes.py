@@ -14,6 +14,8 @@ from multiprocessing.connection import Pipe, wait
 from multiprocessing.context import ForkServerContext
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 # What Ctrl-C, `timeout` and a terminal that is closed send to every process of a command.
 _SENT_TO_ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -87,7 +89,8 @@ def uninterrupted() -> Iterator[None]:
 
 # Any: the ends of a pipe are of another class on Windows.
 def _stay_behind(leash: Any) -> None:
-    """In a worker: leave the group that signals are sent to, and end when the parent does.
+    """In a worker: leave the group that signals are sent to, keep to one core, and end when the
+    parent does.
 
     Args:
         leash: Whose other end the parent closes to drop the worker.
@@ -97,6 +100,8 @@ def _stay_behind(leash: Any) -> None:
         # One that came meanwhile is forgotten.
         signal.signal(number, signal.signal(number, signal.SIG_IGN))
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _SENT_TO_ALL)
+    # Threads of several workers would wait for one another, and spin.
+    threadpool_limits(1, user_api="blas")
     parent = multiprocessing.parent_process()
     assert parent is not None
 

@@ -66,6 +66,23 @@ def test_little_is_imported_before_signals_are_answered():
     assert others == {"sightfield"}
 
 
+@pytest.mark.parametrize("said", ["", "2"])
+def test_linear_algebra_has_one_thread_unless_somebody_has_said_how_many(said):
+    """Threads of programs side by side on few cores wait for one another, and spin."""
+    code = (
+        "import os, sys; from sightfield.diagrams.commands.program import main\n"
+        "sys.argv = ['sightfield', '--version']\n"
+        "try: main()\n"
+        "finally: print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    others = {name: value for name, value in os.environ.items() if "BLAS" not in name}
+    surroundings = others | ({"OPENBLAS_NUM_THREADS": said} if said else {})
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=surroundings
+    )
+    assert done.stdout.splitlines()[-1] == (said or "1")
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_run_that_a_signal_breaks_off_leaves_nothing(number, tmp_path):
     words = ["track", "corner_1v1", "--no-meshcat", "--realtime", "1"]

@@ -1,5 +1,6 @@
-"""What is sent to all processes of a command reaches the first of them alone."""
+"""Signals to all processes of a command reach the first alone; each other one keeps to a core."""
 
+import os
 import subprocess
 import sys
 
@@ -54,3 +55,25 @@ def test_workers_leave_signals_to_their_parent_from_their_first_moment_on(tmp_pa
     )
     assert done.stdout.splitlines() == ["[1, 2]", "3 heard", "set() SIG_DFL"], done.stderr
     assert done.stderr == ""
+
+
+def test_linear_algebra_has_one_thread_in_each_worker(tmp_path):
+    """Two in whoever starts them; on fewer cores than threads these spin as they wait."""
+    (tmp_path / "program.py").write_text(
+        "import numpy\n"
+        "from threadpoolctl import threadpool_info\n"
+        "from sightfield.diagrams.studies.worker_processes import worker_pool\n"
+        "if __name__ == '__main__':\n"
+        "    pool = worker_pool(1, preload=['numpy'])\n"
+        "    for found in (threadpool_info(), pool.submit(threadpool_info).result()):\n"
+        "        print([each['num_threads'] for each in found if each['user_api'] == 'blas'])\n"
+        "    pool.shutdown()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, tmp_path / "program.py"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "2"},
+    )
+    assert done.stdout.splitlines() == ["[2]", "[1]"]
