@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from ...systems.numerics.errors import InvalidInput, require, require_positive
+from ...systems.numerics.errors import InvalidInput, require, require_positive, require_sized
 from ...systems.numerics.vision.boards.board import Checkerboard, copied, find_corners
 from ...systems.numerics.vision.boards.calibrate import MODELS as BOARD_MODELS
 from ...systems.numerics.vision.boards.calibrate import calibrate_on_board, fixed_names
@@ -209,6 +209,7 @@ def calibrate(
     shell = shell_of(colour, radius=radius, base=base, top=top)
     if height is not None:
         require_positive("height", height)
+        require_sized("height", height)
     if pictures is None:
         sensor = Sensor(noise=noise, seed=seed)
         taken = simulated_pictures(

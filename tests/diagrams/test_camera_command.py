@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from sightfield.diagrams.commands import camera_calibrate
 from sightfield.diagrams.commands.camera import camera
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.estimation.calibration import load_calibration
@@ -263,7 +264,10 @@ def test_a_calibration_with_endless_numbers_is_refused(calibrated, taken, tmp_pa
         (("--camera", "nowhere.yaml"), "`camera` must be a YAML file; got nowhere.yaml"),
     ],
 )
-def test_bad_calibrations_are_named(tmp_path, arguments, message):
+def test_bad_calibrations_are_named_before_any_picture_is_taken(
+    tmp_path, monkeypatch, arguments, message
+):
+    monkeypatch.delattr(camera_calibrate, "read_pictures")
     with pytest.raises(InvalidInput, match=message):
         invoke("calibrate", *arguments, "--out", tmp_path / "never")
     assert not (tmp_path / "never").exists()

@@ -89,14 +89,19 @@ def simulated_pictures(
     half = max(distances) + 2 * shell.radius + _ROOM
     corners = [[-half, -half], [half, -half], [half, half], [-half, half]]
     room, rays = Surroundings(world=make_world(corners, [])), make_ray_table(camera)
-    for row, distance in enumerate(distances):
-        for column in range(directions):
-            bearing = math.remainder(2 * math.pi * column / directions, 2 * math.pi)
-            at = (distance + shell.radius) * np.array([[math.cos(bearing), math.sin(bearing)]])
-            light = render(camera, rays, room, (0.0, 0.0, 0.0), [shell], at)
-            picture = expose(sensor, light, row * directions + column)[:, :, :3]
-            name = f"{1000 * distance:.1f}mm_{math.degrees(bearing):.2f}deg.png"
-            yield LabelledPicture(name, distance, bearing, picture)
+
+    def taken() -> Iterator[LabelledPicture]:
+        for row, distance in enumerate(distances):
+            for column in range(directions):
+                bearing = math.remainder(2 * math.pi * column / directions, 2 * math.pi)
+                at = (distance + shell.radius) * np.array([[math.cos(bearing), math.sin(bearing)]])
+                light = render(camera, rays, room, (0.0, 0.0, 0.0), [shell], at)
+                picture = expose(sensor, light, row * directions + column)[:, :, :3]
+                name = f"{1000 * distance:.1f}mm_{math.degrees(bearing):.2f}deg.png"
+                yield LabelledPicture(name, distance, bearing, picture)
+
+    # What is asked for is checked when it is asked for, and not with the first picture.
+    return taken()
 
 
 # Shells are read by their base alone first; then so many times by their outline, with the optics
