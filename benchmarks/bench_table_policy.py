@@ -38,6 +38,8 @@ CART = Trailer()
 THESIS, FINE = 0.2, 0.1
 # A measurement each period, one period old when it is used; its standard deviations.
 PERIOD = 0.05
+# Of the integrator in a period; walls are looked at after each.
+STEPS = 5
 NOISE = np.array([0.005, 0.005, math.radians(0.5), math.radians(0.5)])
 PATIENCE = 60.0
 # Among walls: where in the bounds of a world x and y, headings and angles begin; room at a start.
@@ -91,7 +93,7 @@ class Measurement(LeafSystem):
 
 
 def closed_loop(value, start, seed):
-    """When the cart is first in the box, and its states at every period until it stops."""
+    """When the cart is first in the box, and its states at every step until it stops."""
     builder = DiagramBuilder()
     cart = builder.AddSystem(TractorTrailer(CART, start))
     sensor = builder.AddSystem(Measurement(seed, start))
@@ -101,14 +103,15 @@ def closed_loop(value, start, seed):
     builder.Connect(feedback.GetOutputPort("control"), cart.GetInputPort("control"))
     simulator = Simulator(builder.Build())
     simulator.get_mutable_integrator().set_fixed_step_mode(True)
-    simulator.get_mutable_integrator().set_maximum_step_size(PERIOD / 5)
+    simulator.get_mutable_integrator().set_maximum_step_size(PERIOD / STEPS)
     root = simulator.get_context()
     arrived, states = math.inf, [np.array(start)]
     for step in range(1, round(PATIENCE / PERIOD)):
-        simulator.AdvanceTo(step * PERIOD)
-        state = cart.GetMyContextFromRoot(root).get_continuous_state_vector().CopyToVector()
-        states.append(state)
-        if inside(value, state):
+        for part in range(1, STEPS + 1):
+            simulator.AdvanceTo((step - 1 + part / STEPS) * PERIOD)
+            state = cart.GetMyContextFromRoot(root).get_continuous_state_vector()
+            states.append(state.CopyToVector())
+        if inside(value, states[-1]):
             arrived = min(arrived, step * PERIOD)
         control = feedback.GetOutputPort("control").Eval(feedback.GetMyContextFromRoot(root))
         if arrived < math.inf and not control.any():

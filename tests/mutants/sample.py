@@ -7,7 +7,6 @@ line by line; with the same file the sample is gone on with.
 """
 
 import json
-import os
 import re
 import runpy
 import sys
@@ -188,5 +187,4 @@ def main(
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     typer.run(main)

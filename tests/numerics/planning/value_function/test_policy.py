@@ -262,7 +262,7 @@ def test_it_arrives_by_late_and_noisy_measurements_without_touching(rows):
     value, world, start = rows
     rng, period = np.random.default_rng(5), 0.05
     noise = [0.005, 0.005, math.radians(0.5), math.radians(0.5)]
-    states, following = [np.array(start)] * 2, AT_REST
+    states, following, pieces = [np.array(start)] * 2, AT_REST, []
     for _ in range(400):
         measured = states[-2] + noise * rng.normal(size=4)
         options = {"period": period, "delay": period, "margin": 0.1, "trust": 0.3}
@@ -270,7 +270,10 @@ def test_it_arrives_by_late_and_noisy_measurements_without_touching(rows):
         if not following.control.any() and value.goal.contains(states[-1]):
             break
         held = ArcWord(following.given[-2:][:1], np.array([period]))
+        pieces.append((*held.controls[0], period))
         states.append(end_of(CART, states[-1], held))
     assert value.goal.contains(states[-1])
-    assert deepest_overlap(world, covering_discs(CART), np.array(states)) < 0.0
+    path = driven_path(CART, start, pieces, period / 8)
+    assert path.states[-1] == pytest.approx(states[-1], abs=1e-6)
+    assert deepest_overlap(world, covering_discs(CART), path.states) < 0.0
     assert period * len(states) < 1.05 * roll_out(value, start).path.times[-1] + 0.2
