@@ -1,5 +1,6 @@
 """`sightfield reproduce`: every figure and table of the thesis again, on one page."""
 
+import math
 import os
 import platform
 from dataclasses import replace
@@ -46,6 +47,10 @@ def reproduce(
             help="Of each cell against these evaders, as best_response=300; again for more.",
         ),
     ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Longest game of the studies [default: 120 in most]."),
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(help="Processes for studies, 0: none [default: one a core].")
     ] = None,
@@ -68,6 +73,8 @@ def reproduce(
     count = os.cpu_count() or 1 if workers is None else workers
     require(count >= 0, "workers", "be zero or positive", count)
     require(runs is None or runs > 1, "runs", "be two at least", runs)
+    if seconds is not None:
+        require(0.0 < seconds < math.inf, "seconds", "be positive and finite", seconds)
     numbers = read_opponent_runs(opponent_runs or [])
     for opponent, number in numbers.items():
         require_one_of("opponent-runs", opponent, POLICIES)
@@ -86,6 +93,7 @@ def reproduce(
             world=world,
             runs=runs,
             opponent_runs=numbers,
+            seconds=seconds,
         )
         made = _make(exhibits, workshop, console)
         summary = summarise(made, quick=quick)

@@ -273,11 +273,11 @@ def judge_everywhere(
         judge: `judge_teams` or `judge_allocations`.
         results: Studies by what they assume, the thesis's reading first; that one is judged at
             the shorter horizons too.
-        horizons: Which [s].
+        horizons: Which [s]; those that are no shorter than the games are left out.
     """
     (name, main), *others = results.items()
     found = {name: judge(main)}
-    for horizon in horizons:
+    for horizon in (each for each in horizons if each < main.study.base.seconds):
         found[f"{horizon:g} s"] = judge(main, horizon=horizon)
     return {**found, **{name: judge(result) for name, result in others}}
 

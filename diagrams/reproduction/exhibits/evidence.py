@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -101,6 +101,7 @@ class Workshop:
         runs: Of each cell of every study; None: as many as the exhibit takes. Against opponents
             that are slow to play (FEWER) never more than the exhibit takes.
         opponent_runs: Of each cell against some opponents, whatever the others say.
+        seconds: Longest game of a study [s]; None: as long as the exhibit takes.
         progress: Told how many games of a study are played, and of how many.
     """
 
@@ -111,6 +112,7 @@ class Workshop:
     world: Path | None = None
     runs: int | None = None
     opponent_runs: Mapping[str, int] = field(default_factory=dict)
+    seconds: float | None = None
     progress: Callable[[int, int], None] = lambda done, total: None
 
     def runs_against(self, full: Mapping[str, int], quick: Mapping[str, int]) -> dict[str, int]:
@@ -158,6 +160,9 @@ _VERDICTS = {HOLDS: AGREES, FAILS: DIFFERS, OPEN: UNDECIDED}
 
 def played(workshop: Workshop, study: Study) -> StudyResult:
     """Play a study, or what is left of it, in a folder named for all that it is made of."""
+    if workshop.seconds is not None:
+        seconds = min(workshop.seconds, study.base.seconds)
+        study = replace(study, base=replace(study.base, seconds=seconds))
     settings = json.dumps(study_to_json(study), sort_keys=True)
     digest = hashlib.sha256(settings.encode()).hexdigest()[:10]
     folder = workshop.studies / f"{study.name}-{digest}"

@@ -104,16 +104,13 @@ def test_the_summary_is_also_on_disk(report):
         ("figure-3.8", "Order of the rows", AGREES),
         ("figure-3.9", "Refinement (Table 3.1)", AGREES),
         ("figure-3.9", "Both approaches reach the goal", AGREES),
-        ("figure-2.16", "t1 above 50", DIFFERS),
-        ("figure-2.16", "74.62 there", DIFFERS),
-        ("figure-2.19", "one evader is never lost", DIFFERS),
         ("beyond-radio", "A centre less no radio at all, against adversarial", SHOWN),
         ("beyond-radio", "A centre less no radio at all, against best_response", SHOWN),
         ("beyond-landmarks", "Distance to a landmark's edge (2.14)", DIFFERS),
         ("beyond-solved-game", "Regret, one against one", SHOWN),
     ],
 )
-def test_what_does_not_hang_on_the_number_of_runs_is_as_known(report, exhibit, subject, verdict):
+def test_what_does_not_hang_on_the_games_is_as_known(report, exhibit, subject, verdict):
     assert findings(report, exhibit)[subject] == verdict
 
 
@@ -137,10 +134,9 @@ def test_each_claim_is_judged_with_other_assumptions_too(report):
     section = report.page.split('<section id="figure-2.16">')[1].split("</section>")[0]
     table = section.split('<table class="numbers">')[1]
     head = re.findall(r"<th>([^<]*)</th>", table)
-    horizons = ("120 s", "60 s", "30 s")
-    assumptions = (*horizons, "2 obstacles", "8 obstacles", "robots of the testbed")
+    assumptions = ("2 s", "2 obstacles", "8 obstacles", "robots of the testbed")
     wanted = {f"{each}, {opponent}" for each in assumptions for opponent in OPPONENTS}
-    wanted |= {f"{each}, {opponent}" for each in horizons for opponent in OPTIMAL_POLICIES}
+    wanted |= {f"2 s, {opponent}" for opponent in OPTIMAL_POLICIES}
     assert set(head) == {"claim", "evaders that wander, random_walk"} | wanted
     # One opponent is the strongest wherever there are two.
     for row in table.split("<tr>")[2:]:

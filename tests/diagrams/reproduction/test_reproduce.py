@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from sightfield.diagrams.commands import reproduce as command
 from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.outputs import NoRoom
+from sightfield.diagrams.reproduction.exhibits import evidence
 from sightfield.diagrams.reproduction.exhibits.evidence import (
     AGREES,
     DIFFERS,
@@ -33,6 +34,7 @@ from sightfield.diagrams.reproduction.make_exhibits import (
 )
 from sightfield.diagrams.reproduction.page import make_page
 from sightfield.diagrams.studies.claims import FAILS, HOLDS, ClaimVerdict, Judgement
+from sightfield.diagrams.studies.team_studies import tracking_study
 from sightfield.systems.numerics.errors import InvalidInput
 
 AWKWARD = "a < b & \"c\" <script>alert('d')</script>"
@@ -105,6 +107,8 @@ def test_a_failing_exhibit_is_told_and_the_others_are_made(run, tmp_path):
     [
         (("--only", "figure-9.9"), "`only` must be one of table-2.1, .*; got figure-9.9"),
         (("--runs", 1), "`runs` must be two at least; got 1"),
+        (("--seconds", 0), "`seconds` must be positive and finite; got 0"),
+        (("--seconds", "inf"), "`seconds` must be positive and finite; got inf"),
         (("--workers", -1), "`workers` must be zero or positive; got -1"),
         (("--world", "nowhere.wkt"), "nowhere.wkt"),
         (("--opponent-runs", "best_response"), "`opponent-runs` must have the form best_response"),
@@ -213,6 +217,13 @@ def test_variants_have_no_more_runs_than_the_study_itself():
     assert fewest({"adversarial": 1000, "best_response": 100}, most) == most
     few = {"adversarial": 5, "best_response": 2}
     assert fewest(few, most) == {**few, "random_walk": 5}
+
+
+@pytest.mark.parametrize(("asked", "longest"), [(None, 120.0), (7.0, 7.0), (500.0, 120.0)])
+def test_games_last_no_longer_than_asked_for(monkeypatch, tmp_path, asked, longest):
+    monkeypatch.setattr(evidence, "run_study", lambda study, *where, **how: study)
+    workshop = Workshop(quick=True, pictures=tmp_path, studies=tmp_path, seconds=asked)
+    assert evidence.played(workshop, tracking_study(runs=2)).base.seconds == longest
 
 
 def verdict(claim, opponent, level, found):

@@ -145,6 +145,12 @@ def test_a_shorter_horizon_cuts_the_times_off(made_up):
         judge_teams(result, horizon=130.0)
 
 
+def test_horizons_no_shorter_than_the_games_are_left_out(made_up):
+    result = made_up(TEAM_STUDY, as_claimed(noise=1.0))
+    judged = judge_everywhere(judge_teams, {"long": result}, horizons=(30.0, 120.0, 130.0))
+    assert list(judged) == ["long", "30 s"]
+
+
 def test_allocations_as_claimed(made_up):
     def time_of(cell, rng):
         m, rule = cell.value("evaders.count"), cell.value("pursuers.assignment")
