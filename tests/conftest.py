@@ -144,6 +144,9 @@ def sightfield_here(monkeypatch, capsys) -> Callable[..., SimpleNamespace]:
 # by side, some of a calibration's pictures.
 BEGINNINGS = {"--seconds": "3", "--most": "2,1,1", "--directions": "3"}
 
+# Settings by command with which its scenario is a small one: a field of a hectare, a coarse table.
+SMALL = {"harvest": ("field.width=120", "field.height=90"), "track": ("pursuers.grid=0.4",)}
+
 
 @pytest.fixture(scope="session")
 def begun() -> Callable[[list[str]], list[str]]:
@@ -163,6 +166,10 @@ def begun() -> Callable[[list[str]], list[str]]:
             idle = name == "--directions" and "--practice" in known.difference(words)
             if name in known and not idle:
                 words = [*_without(words, name), name, value]
+        if "--set" in known and not {"--field", "--resume"} & set(words):
+            for setting in SMALL.get(words[0], ()):
+                key = setting.partition("=")[0]
+                words = [*_without(words, f"--{key}"), "--set", setting]
         return words
 
     return shorten
