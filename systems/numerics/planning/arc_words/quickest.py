@@ -124,6 +124,9 @@ def enter_box(
     for t in range(len(thetas)):
         cos, sin = math.cos(thetas[t]), math.sin(thetas[t])
         for w in range(len(ends)):
+            # From a single state one knows whether a word can still be quicker.
+            if single and beta_count == 1 and table[t, 0, 0, 0] <= ends[w, 3]:
+                continue
             theta = thetas[t] + ends[w, 2]
             first = _first_sample(theta - box[2], turn, widths[2])
             if first < 0:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import compiled
 from ..held_controls import half_angle_map, half_angles, shift_of
 from ..trailer import Trailer
 
@@ -118,9 +119,15 @@ def within_jackknife(words: Words, betas, limit: float) -> np.ndarray:
         return np.ones((len(words.ends), len(betas)), dtype=bool)
     size = np.abs(angles_after(words.maps, betas))
     allowed = size <= np.maximum(limit, size[0]) + 1e-9
-    for number, root in enumerate(words.roots):
-        allowed[number] &= allowed[root]
+    _inherit(allowed, words.roots)
     return allowed
+
+
+@compiled
+def _inherit(allowed, roots):
+    """A word is allowed where the word that it continues is, too; roots come first."""
+    for number in range(len(roots)):
+        allowed[number] &= allowed[roots[number]]
 
 
 class Endings(NamedTuple):

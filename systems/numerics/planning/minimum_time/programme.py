@@ -39,13 +39,23 @@ class ClearanceField:
         The state is in a frame whose pose in the world is the second argument.
         """
         state, pose = ca.MX.sym("state", 4), ca.MX.sym("pose", 3)
-        c, s = ca.cos(pose[2]), ca.sin(pose[2])
-        free = []
-        for k in range(len(self.discs)):
-            x, y = self.discs.centre(k, state, ca.cos, ca.sin)
-            place = ca.vertcat(pose[0] + c * x - s * y, pose[1] + s * x + c * y)
-            free.append(self.spline(place) - self.discs.radii[k])
+        places = [self._place(k)(state, pose) for k in range(len(self.discs))]
+        free = [
+            self.spline(place) - radius
+            for place, radius in zip(places, self.discs.radii, strict=True)
+        ]
         return ca.Function("free", [state, pose], [ca.vertcat(*free)])
+
+    def _place(self, k: int) -> ca.Function:
+        """From a state and a pose to the centre of a disc in the world [m].
+
+        In scalars, which are quicker to evaluate than the matrices that the spline needs.
+        """
+        state, pose = ca.SX.sym("state", 4), ca.SX.sym("pose", 3)
+        c, s = ca.cos(pose[2]), ca.sin(pose[2])
+        x, y = self.discs.centre(k, state, ca.cos, ca.sin)
+        place = ca.vertcat(pose[0] + c * x - s * y, pose[1] + s * x + c * y)
+        return ca.Function("place", [state, pose], [place])
 
 
 @lru_cache(maxsize=8)

@@ -48,6 +48,7 @@ def alike(words: Words, last: Endings) -> list[Endings]:
 def drop_walled(
     hits: np.ndarray,
     found: np.ndarray,
+    known: np.ndarray,
     nodes: tuple[np.ndarray, np.ndarray],
     words: Words,
     last: Endings,
@@ -60,6 +61,7 @@ def drop_walled(
 
     Args:
         hits, found: From `enter_box`, shape of the grid.
+        known: Times by other words, of the same shape: slower words are not looked at.
         nodes: Thetas, and half angles of the betas, of the nodes, shapes (t,), (b, 2).
         words: All words; they are checked at their lattice points.
         last: The endings that `found` indexes; their arcs are checked every LOOK samples.
@@ -69,13 +71,14 @@ def drop_walled(
         sample: Distance of samples of the last arc [1 / turn rate].
     """
     prefix = words.ends, words.maps, words.roots, last.numbers
-    _drop(hits, found, *nodes, *prefix, last.shifts, last.maps, walls, corner, scale, sample)
+    _drop(hits, found, known, *nodes, *prefix, last.shifts, last.maps, walls, corner, scale, sample)
 
 
 @compiled
 def _drop(
     hits,
     found,
+    known,
     thetas,
     halves,
     ends,
@@ -96,7 +99,7 @@ def _drop(
             for j in range(y_count):
                 y0 = corner[1] + j * corner[2]
                 for i in range(x_count):
-                    if hits[t, b, j, i] >= FAR:
+                    if hits[t, b, j, i] >= known[t, b, j, i]:
                         continue
                     x0 = corner[0] + i * corner[2]
                     word = numbers[found[t, b, j, i]]
@@ -354,7 +357,7 @@ def _lattice_words(
             limits = box, widths, SAMPLE, limited, offset if walls is None else 0
             enter_box(hits, found, *nodes, *first, *ending, *limits)
             if walls is not None:
-                drop_walled(hits, found, nodes, words, part, walls, corner, scale, SAMPLE)
+                drop_walled(hits, found, table, nodes, words, part, walls, corner, scale, SAMPLE)
                 np.minimum(table, hits, out=table)
     numbers = np.concatenate([last.numbers for last in all_endings])
     spent = words.ends[:, 3].copy()
