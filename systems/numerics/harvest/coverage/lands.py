@@ -49,7 +49,8 @@ def drive_lands(drivers: list[Driver], candidate: Candidate, reach: float) -> li
         if gate.node is not None:
             times[:, chain.index(gate.node // 2)] += gate.length / speeds
     starts = np.array([path_time(driver.path, driver.combine) for driver in drivers])
-    lands = _share_lands(chain, times, starts, drivers, swaths, reach)
+    orders = _Orders(swaths, drivers, reach)
+    lands = _share_lands(chain, times, starts, orders)
     shares: list[list[Gate]] = [[] for _ in drivers]
     for gate in gates:
         owners = [
@@ -68,7 +69,11 @@ def drive_lands(drivers: list[Driver], candidate: Candidate, reach: float) -> li
             drive_gate(driver, gate, swath, reach)
         done = {gate.node // 2 for gate in mine if gate.node is not None}
         land = [k for k in land if k not in done]
-        order = order_swaths(_swath_times(swaths, land, done, driver, reach), number)
+        if mine:
+            order = order_swaths(_swath_times(swaths, land, done, driver, reach), number)
+        else:
+            # It still is where it was when the lands were shared.
+            order = orders.best(number, land)[0]
         rests.append([2 * land[node // 2] + node % 2 for node in order])
     share_ground(drivers)
     for driver, order in zip(drivers, rests, strict=True):
@@ -79,13 +84,40 @@ def drive_lands(drivers: list[Driver], candidate: Candidate, reach: float) -> li
     return lands
 
 
+class _Orders:
+    """Orders of swaths in lands, from where the combines are; each is looked for once.
+
+    Args:
+        swaths: All of them.
+        drivers: The combines.
+        reach: How far a combine cuts until its tank is full [m].
+    """
+
+    def __init__(self, swaths: tuple[Swath, ...], drivers: list[Driver], reach: float) -> None:
+        self.swaths, self.drivers, self._reach = swaths, drivers, reach
+        self._known: dict[tuple[int, ...], tuple[list[int], float]] = {}
+
+    def best(self, number: int, land: list[int]) -> tuple[list[int], float]:
+        """Nodes of a land in order, and the time to get there and from swath to swath in it [s].
+
+        Args:
+            number: Of the combine.
+            land: Numbers of its swaths.
+        """
+        if not land:
+            return [], 0.0
+        asked = number, *land
+        if asked not in self._known:
+            driver = self.drivers[number]
+            times = _swath_times(self.swaths, land, set(), driver, self._reach)
+            order = order_swaths(times, number)
+            turning = times.first[order[0]] + times.between[order[:-1], order[1:]].sum()
+            self._known[asked] = order, float(turning)
+        return self._known[asked]
+
+
 def _share_lands(
-    chain: list[int],
-    times: np.ndarray,
-    starts: np.ndarray,
-    drivers: list[Driver],
-    swaths: tuple[Swath, ...],
-    reach: float,
+    chain: list[int], times: np.ndarray, starts: np.ndarray, orders: _Orders
 ) -> list[list[int]]:
     """The land of each combine, near to where it is, so that all end at nearly the same time.
 
@@ -96,10 +128,9 @@ def _share_lands(
         chain: Numbers of swaths in order; lands are parts of it.
         times: Estimated for each swath of the chain, by the combine that cuts it, shape (N, m) [s].
         starts: When combines begin, shape (N,) [s].
-        drivers: The combines.
-        swaths: All of them.
-        reach: How far a combine cuts until its tank is full [m].
+        orders: Of swaths in lands.
     """
+    drivers, swaths = orders.drivers, orders.swaths
     place = {k: number for number, k in enumerate(chain)}
     owners = np.arange(len(drivers))
     budgets = starts
@@ -113,24 +144,12 @@ def _share_lands(
             [own[[place[k] for k in land]].sum() for own, land in zip(times, lands, strict=True)]
         )
         ends = starts + reckoned
-        for number, (land, driver) in enumerate(zip(lands, drivers, strict=True)):
-            turning = _turning_time(swaths, land, driver, number, reach)
-            ends[number] += turning - TURN_TIME * len(land)
+        for number, land in enumerate(lands):
+            ends[number] += orders.best(number, land)[1] - TURN_TIME * len(land)
         if ends.max() < earliest:
             best, earliest = lands, float(ends.max())
         budgets = ends - reckoned
     return best
-
-
-def _turning_time(
-    swaths: tuple[Swath, ...], land: list[int], driver: Driver, seed: int, reach: float
-) -> float:
-    """Time to get to a land from where a combine is, and from swath to swath in it [s]."""
-    if not land:
-        return 0.0
-    times = _swath_times(swaths, land, set(), driver, reach)
-    order = order_swaths(times, seed)
-    return float(times.first[order[0]] + times.between[order[:-1], order[1:]].sum())
 
 
 def _nearest_drivers(
