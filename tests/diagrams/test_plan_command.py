@@ -257,8 +257,8 @@ def sightfield(*arguments):
 
 
 @pytest.mark.parametrize("command", [("plan", "--length", 0), ("plan", "sweep", "--grid", 0)])
-def test_bad_input_leaves_one_line_and_nothing_else(command, tmp_path):
-    done = sightfield(*command, "--json", "--out", tmp_path / "out")
+def test_bad_input_leaves_one_line_and_nothing_else(sightfield_here, command, tmp_path):
+    done = sightfield_here(*command, "--json", "--out", tmp_path / "out")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1

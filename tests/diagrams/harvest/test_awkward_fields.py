@@ -2,6 +2,7 @@
 
 import pytest
 import shapely
+from shapely import affinity
 
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.report import summarise_harvest
@@ -15,12 +16,12 @@ RECTANGLE = shapely.Polygon([(-17.2, 37.4), (121.7, 199.8), (230.9, 106.3), (92,
 POND = shapely.Point(123.5, 54.5).buffer(6.9)
 
 CASES = {
-    "notch": (NOTCH, 3, 2, {"header_width": 9.0, "capacity": 9000.0}, {"density": 0.405}),
+    "notch": (NOTCH, 3, 2, {"header_width": 9.0, "capacity": 6000.0}, {"density": 0.405}),
     "pond": (
         RECTANGLE.difference(POND),
         2,
         1,
-        {"header_width": 6.0, "capacity": 5000.0},
+        {"header_width": 6.0, "capacity": 3500.0},
         {"density": 0.72, "strategy": "on-demand"},
     ),
 }
@@ -30,7 +31,7 @@ CASES = {
 def test_an_awkward_field_is_harvested_to_the_end(case, tmp_path):
     shape, combines, carts, team, more = CASES[case]
     file = tmp_path / "field.wkt"
-    file.write_text(shape.wkt)
+    file.write_text(affinity.scale(shape, 0.75, 0.75, origin=(0, 0)).wkt)
     scenario = HarvestScenario(
         field=FieldSource(file=str(file), coordinates="metres"),
         combines=Combines(count=combines, **team),

@@ -312,7 +312,8 @@ def test_where_there_is_no_plan_the_command_exits_with_1_and_says_why():
 
 
 def test_more_combines_than_there_is_work_for_are_refused_not_dropped():
-    result = command("thesis_2", "--combines=30", "--json")
+    small = ["--set=field.width=150", "--set=field.height=100"]
+    result = command("thesis_2", *small, "--combines=30", "--json")
     assert result.exit_code == 1
     assert "room for 30 combines" in result.stderr
     assert "a combine has nothing to cut" in result.stderr

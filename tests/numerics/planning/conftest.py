@@ -1,8 +1,10 @@
 """Fields with walls that several tests drive in, and value functions, solved once."""
 
+import hashlib
 import math
+import pickle
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,7 +34,7 @@ def headland():
 def free_wall():
     """A wall that stands between the start and the goal, to be driven round."""
     wall = [(1.3, 1.5), (1.7, 1.5), (1.7, 7), (1.3, 7)]
-    world = make_world([(-5, -5), (11, -5), (11, 11), (-5, 11)], [wall])
+    world = make_world([(-4, -2), (8.5, -2), (8.5, 8.5), (-4, 8.5)], [wall])
     goal = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
     return world, (-2.0, 3.0, 0.0, 0.0), goal
 
@@ -72,20 +74,34 @@ def depth_in_walls():
     return depth
 
 
-@pytest.fixture(scope="session")
-def solved() -> Callable[..., ValueFunction]:
-    """Solve for a box of one thesis cell around a state, in the middle of a square grid."""
+# A box that a grid of twice the thesis's step resolves.
+WIDE = (0.4, 0.4, 0.55, 0.55)
 
-    @lru_cache
+
+@pytest.fixture(scope="session")
+def solved(made_once) -> Callable[..., ValueFunction]:
+    """Solve for a box around the origin, by default of one thesis cell; once for all processes."""
+
+    @cache
     def solve(
-        state=(0.0, 0.0, 0.0, 0.0),
         step: float = 0.2,
-        beta_width: float = THESIS_TOLERANCE[3],
+        *,
+        wide: bool = False,
+        beta_width: float | None = None,
         reverse: bool = False,
-        polish: int = 24,
+        polish: int | None = 24,
     ) -> ValueFunction:
-        goal = Goal(state=state, tolerance=(*THESIS_TOLERANCE[:3], beta_width))
-        grid = StateGrid.of_step(step, state[:2])
-        return solve_value_function(Trailer(reverse=reverse), goal, grid, polish=polish)
+        box = WIDE if wide else THESIS_TOLERANCE
+        box = (*box[:3], box[3] if beta_width is None else beta_width)
+        goal, grid = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=box), StateGrid.of_step(step)
+        trailer = Trailer(reverse=reverse)
+
+        def fill(folder):
+            value = solve_value_function(trailer, goal, grid, polish=polish)
+            (folder / "value.pickle").write_bytes(pickle.dumps(value))
+
+        asked = repr((trailer, goal, grid, polish))
+        folder = made_once(f"table-{hashlib.sha1(asked.encode()).hexdigest()[:12]}", fill)
+        return pickle.loads((folder / "value.pickle").read_bytes())
 
     return solve

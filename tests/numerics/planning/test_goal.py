@@ -119,9 +119,10 @@ def test_among_walls_turning_the_world_turns_the_answer():
         states = np.column_stack([points, np.zeros((len(points), 2))])
         return [tuple(place) for place in turned(states)[:, :2].tolist()]
 
-    one = plan_by_casadi(CART, start, LYING, obstacles=make_world(corners.tolist(), [wall]))
+    field = make_world(corners.tolist(), [wall])
+    one = plan_by_casadi(CART, start, LYING, intervals=40, obstacles=field)
     world = make_world(moved(corners), [moved(wall)])
-    other = plan_by_casadi(CART, turned(start), TURNED, obstacles=world)
+    other = plan_by_casadi(CART, turned(start), TURNED, intervals=40, obstacles=world)
     assert one.converged
     assert other.converged
     assert other.time == pytest.approx(one.time, rel=3e-3)

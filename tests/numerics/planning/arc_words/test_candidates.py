@@ -6,6 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.planning.arc_words import candidates
 from sightfield.systems.numerics.planning.arc_words.candidates import (
     KEPT_ALIKE,
     NEAR,
@@ -18,7 +19,7 @@ from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord
 from sightfield.systems.numerics.planning.arc_words.shortened import end_of
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.lower_bound import lower_bound
-from sightfield.systems.numerics.planning.planners.polished import plan_polished
+from sightfield.systems.numerics.planning.planners import polished
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 # Two metres of radius, and a trailer of 0.3 m that lies within the box's beta on every turn.
@@ -83,8 +84,13 @@ def test_a_long_trailer_is_parked_sooner_than_by_any_path_of_a_car():
     assert drawn.time < 0.99 * by_car.time
 
 
-def test_a_polished_plan_knows_of_them():
-    plan = plan_polished(LONG, BESIDE, DRAWN_BOX)
+def test_a_polished_plan_knows_of_them(monkeypatch):
+    # A quarter of them, and none that end anywhere, from which it may be found as well.
+    monkeypatch.setattr(candidates, "KEPT", 10)
+    monkeypatch.setattr(polished, "paths_by_chance", lambda *question: [])
+    # A table would take longer than all the rest.
+    monkeypatch.setattr(polished, "open_field_table", lambda *question: None)
+    plan = polished.plan_polished(LONG, BESIDE, DRAWN_BOX)
     assert plan.converged
     drawn = quickest(LONG, BESIDE, DRAWN_BOX, drawn_words(LONG, BESIDE, DRAWN_BOX))
     assert plan.time <= drawn.time * (1 + 1e-6)

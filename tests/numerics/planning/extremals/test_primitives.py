@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
@@ -67,6 +67,7 @@ def test_it_takes_longer_the_nearer_beta_is_to_come():
     assert np.all(np.diff(times) > 0)
 
 
+@settings(max_examples=25)
 @given(start=STARTS)
 def test_the_mirrored_question_takes_the_same_time(start):
     x, y, theta, beta = start

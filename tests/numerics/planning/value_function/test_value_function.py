@@ -60,27 +60,17 @@ def test_the_thesis_case_is_near_its_optimum(solved):
     assert solved().time_to_go([-3, -3, 0, 0]) == pytest.approx(THESIS_CASE, rel=0.03)
 
 
-def test_halving_the_grid_halves_the_error(states):
+def test_halving_the_grid_halves_the_error(solved, states):
     # The box stays as it is.
     goal = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
     starts = states[:16]
     best = np.array([plan_by_casadi(Trailer(), start, goal).time for start in starts])
     errors = []
     for step in (0.4, 0.2):
-        value = solve_value_function(Trailer(), goal, StateGrid.of_step(step))
+        value = solved(step, wide=True, polish=None)
         errors.append(np.median(np.abs(value.interpolated(starts) / best - 1)))
     assert errors[0] < 0.02
     assert errors[1] < 0.5 * errors[0]
-
-
-def test_promises_are_kept_to_less_than_a_per_cent(solved):
-    # Before times close to the goal were held, the median was 0.86%, the mean 1.1%.
-    rng = np.random.default_rng(314)
-    starts = rng.uniform([-4, -4, -math.pi, -1.5], [4, 4, math.pi, 1.5], (60, 4))
-    value = solved()
-    errors = np.abs(value.time_to_go(starts) / attained_times(value, starts) - 1)
-    assert np.median(errors) < 0.007
-    assert errors.mean() < 0.0095
 
 
 @pytest.mark.parametrize("tolerance", [(0.4, 0.4, 0.55, 0.55), (0.4, 0.4, math.inf, math.inf)])
@@ -90,7 +80,7 @@ def test_close_to_the_goal_nodes_are_exact(tolerance):
     x_nodes, y_nodes, thetas, betas = value.grid.axes()
     close = np.argwhere((value.table > 0) & (value.table < 1.4))
     rng = np.random.default_rng(6)
-    t, b, j, i = rng.choice(close, 60).T
+    t, b, j, i = rng.choice(close, 30).T
     times = value.table[t, b, j, i]
     nodes = np.column_stack([x_nodes[i], y_nodes[j], thetas[t], betas[b]])
     # Mixed from both sides of a face of the box, some are too short by a third.
@@ -106,12 +96,10 @@ def test_mirror_images_take_as_long(solved, states):
 
 def test_half_the_rows_give_the_whole_table(solved):
     # A grid that is not symmetric about the goal is solved row by row.
-    goal = solved().goal
-    whole = StateGrid.of_step(0.4, (0.0, 0.0))
+    one = solved(0.4, wide=True, polish=None)
     odd = StateGrid.covering((-6.0, -6.0, 6.0, 6.41), 0.4)
-    wide = Goal(state=goal.state, tolerance=(0.4, 0.4, 0.55, 0.55))
-    one, other = (solve_value_function(Trailer(), wide, grid) for grid in (whole, odd))
-    assert odd.y_count == whole.y_count + 2
+    other = solve_value_function(one.trailer, one.goal, odd)
+    assert odd.y_count == one.grid.y_count + 2
     spots = [[-2, 0, 0, 0], [-2, 1, 0.3, 0.1], [-1.5, -1, 0.9, -0.4]]
     np.testing.assert_allclose(one.time_to_go(spots), other.time_to_go(spots), rtol=0.01)
 
@@ -162,12 +150,9 @@ def test_reverse_is_never_slower(solved):
 
 
 def test_scale_of_lengths_and_times_does_not_matter(solved):
-    box = (0.4, 0.4, 0.55, 0.55)
-    large = tuple(np.array(box) * [5, 5, 1, 1])
+    small = solved(0.4, wide=True, polish=None)
+    large = tuple(np.array(small.goal.tolerance) * [5, 5, 1, 1])
     cart = Trailer(speed=10.0, turn_rate=2.0, length=5.0)
-    small = solve_value_function(
-        Trailer(), Goal(state=(0, 0, 0, 0), tolerance=box), StateGrid.of_step(0.4)
-    )
     big = solve_value_function(
         cart, Goal(state=(0, 0, 0, 0), tolerance=large), StateGrid.of_step(0.4, radius=5.0)
     )
@@ -235,19 +220,17 @@ def test_nan_is_refused(solved):
 
 
 def test_a_warm_start_needs_fewer_passes_for_the_same_times(solved, states):
-    box = Goal(state=(0, 0, 0, 0), tolerance=(0.4, 0.4, 0.55, 0.55))
-    coarse = solve_value_function(Trailer(), box, StateGrid.of_step(0.4))
-    cold = solve_value_function(Trailer(), box, StateGrid.of_step(0.2), polish=12)
-    warm = solve_value_function(
-        Trailer(), box, StateGrid.of_step(0.2), polish=12, warm_start=coarse
-    )
+    coarse = solved(0.4, wide=True, polish=None)
+    box, grid = coarse.goal, StateGrid.of_step(0.25)
+    cold = solve_value_function(Trailer(), box, grid, polish=12)
+    warm = solve_value_function(Trailer(), box, grid, polish=12, warm_start=coarse)
     assert warm.sweeps < cold.sweeps
     one, other = warm.interpolated(states), cold.interpolated(states)
     assert np.quantile(np.abs(one - other), 0.95) < 0.02
     with pytest.raises(InvalidInput, match="warm_start"):
-        solve_value_function(Trailer(length=2.0), box, StateGrid.of_step(0.2), warm_start=coarse)
+        solve_value_function(Trailer(length=2.0), box, grid, warm_start=coarse)
     with pytest.raises(InvalidInput, match="polish"):
-        solve_value_function(Trailer(), box, StateGrid.of_step(0.2), polish=0, warm_start=coarse)
+        solve_value_function(Trailer(), box, grid, polish=0, warm_start=coarse)
 
 
 def test_a_table_has_converged_when_nothing_changes_any_more(solved):
