@@ -1,6 +1,5 @@
 """The numbers of a system that a Context may change: Drake's numeric parameters, by name."""
 
-import copy
 from collections import namedtuple
 from typing import Any
 
@@ -72,7 +71,6 @@ def with_scalars(record: Any, **values: Any) -> Any:
         record: Of the dataclass.
         values: Of fields, by name; the others stay.
     """
-    found = copy.copy(record)
-    for name, value in values.items():
-        object.__setattr__(found, name, value)
+    found = object.__new__(type(record))
+    vars(found).update(vars(record), **values)
     return found

@@ -363,7 +363,8 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
         return np.ones(y.shape, dtype=bool)
     side = 1.0 if loop.error.a > 0 else -1.0
     rest, border, other = wanted_equilibrium(loop).y, edge(loop), other_equilibrium(loop).y
-    span, level = abs(border - rest), float(energy(loop, border, 0.0))
+    span, wall = abs(border - rest), potential(loop)
+    level = float(wall(border))
     speed = loop.kp * root_slope(loop) * span
     shape = y.shape
     states = np.stack([np.ravel(y), np.ravel(integral)]).astype(float)
@@ -380,7 +381,9 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
 
     for _ in range(_STEPS):
         now = states[:, alive]
-        inside = (side * (border - now[0]) > 0) & (energy(loop, now[0], now[1]) < level)
+        # As `energy` has it.
+        height = loop.integral_gain * np.square(now[1]) / 2 + wall(now[0])
+        inside = (side * (border - now[0]) > 0) & (height < level)
         found[alive[inside]] = True
         # Lost: beyond the other equilibrium, with an integral that drives the motion farther.
         gone = (side * (now[0] - other) >= 0) & (side * now[1] >= 0)

@@ -21,11 +21,13 @@ from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 REST = wanted_equilibrium(StandoffLoop()).y
 
 
-@pytest.mark.parametrize("controller", CONTROLLERS)
-@pytest.mark.parametrize("kd", [1.0, 2.5])
+@pytest.mark.parametrize(
+    ("controller", "kd"),
+    [("P", 1.0), ("PI", 1.0), ("PD", 1.0), ("PD", 2.5), ("PID", 1.0), ("PID", 2.5)],
+)
 def test_the_block_diagram_converges_to_the_closed_form_with_order_one(controller, kd):
     loop = StandoffLoop(controller=controller, kd=kd)
-    found = measure_convergence(loop, 0.1, 0.6, [0.004, 0.002, 0.001])
+    found = measure_convergence(loop, 0.1, 0.6, [0.002, 0.001])
     assert found.errors[-1] < 1e-3
     assert found.order == pytest.approx(1.0, abs=0.1)
 
@@ -59,11 +61,12 @@ def test_the_plant_in_drake_moves_as_the_solution_in_scipy(controller):
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_starts_on_both_sides_of_each_end_go_apart_in_drake(controller):
-    loop = StandoffLoop(controller=controller)
+    # An integral so strong that it has settled soon.
+    loop = StandoffLoop(controller=controller, ki=10.0)
     region = region_of_attraction(loop)
     for end, inwards in ((region.low, 1), (region.high, -1)):
         if math.isfinite(end):
-            _, inside = run_closed_loop(loop, end + inwards * 1e-3, 25.0, period=0.5)
+            _, inside = run_closed_loop(loop, end + inwards * 1e-3, 15.0, period=0.5)
             assert inside[-1] == pytest.approx(REST, abs=1e-4)
             # Some run away or into the singularity, where no solver goes on.
             outside = respond(loop, end - inwards * 1e-3).y
@@ -113,7 +116,7 @@ def test_with_feed_forward_a_swaying_evader_is_followed_to_the_sample():
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_delays_within_the_margin_settle_and_delays_beyond_it_do_not(controller):
     loop = StandoffLoop(controller=controller, kd=0.5)
-    period = 0.0005
+    period = 0.001
     sampled = SampledPid(period=period, filter_time=0.05)
     margin = delay_margin(loop, sampled.filter_time if loop.derivative_gain else 0.0).delay
     swings = []
@@ -126,7 +129,7 @@ def test_delays_within_the_margin_settle_and_delays_beyond_it_do_not(controller)
             delay_samples=round(part * margin / period - 0.5),
         )
         distance = run_standoff(scenario, 4.0).distance - REST
-        swings.append(np.abs(distance[-2000:]).max() / np.abs(distance[2000:4000]).max())
+        swings.append(np.abs(distance[-1000:]).max() / np.abs(distance[1000:2000]).max())
     assert swings[0] < 0.8
     assert swings[1] > 1.2
 

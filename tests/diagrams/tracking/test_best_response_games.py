@@ -40,7 +40,7 @@ def test_they_break_away_sooner_than_those_that_play_by_the_corner_game():
             pursuers=replace(scenario.pursuers, count=1),
             evaders=replace(scenario.evaders, count=1),
         )
-        return np.array([run_tracking(in_arena(alone, k)).tracking_time for k in range(20)])
+        return np.array([run_tracking(in_arena(alone, k)).tracking_time for k in range(12)])
 
     answering, playing = times("best_response"), times("adversarial")
     assert answering.mean() < playing.mean() - 0.5

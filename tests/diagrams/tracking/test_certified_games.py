@@ -29,7 +29,7 @@ EVADERS = ("adversarial", "best_response", "optimal", "optimal_distance", "rando
 
 
 def make_scenario(world, policy="adversarial", seed=0, size=1, seconds=25.0, **pursuing):
-    chasing = {"top_speed": 0.3, "count": size, "field": "certified", "grid": 0.2} | pursuing
+    chasing = {"top_speed": 0.3, "count": size, "field": "certified", "grid": 0.25} | pursuing
     return TrackingScenario(
         world=WorldSource(
             boundary=world.boundary.tolist(),
@@ -50,7 +50,7 @@ def arenas():
 @pytest.mark.parametrize("policy", EVADERS)
 def test_no_game_is_over_before_the_certificate(arenas, policy):
     promised = []
-    for seed in range(12):
+    for seed in range(6):
         world = arenas[seed % 3]
         run = run_tracking(set_up_game(make_scenario(world, policy, seed), world))
         certificate = run.log["certificate"][:, 0]
@@ -61,7 +61,7 @@ def test_no_game_is_over_before_the_certificate(arenas, policy):
         promised.append(certificate[0])
         # It runs down no faster than time does.
         assert (certificate[1:] >= certificate[:-1] - 0.05 - 1e-9).all()
-    assert sum(promise > 0 for promise in promised) >= 6
+    assert sum(promise > 0 for promise in promised) >= 3
 
 
 @pytest.mark.parametrize("size", [2, 3])

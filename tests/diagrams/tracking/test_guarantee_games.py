@@ -197,7 +197,7 @@ def test_a_rule_of_ones_own_gives_each_pursuer_one_evader():
 def test_the_grid_of_two_has_to_be_positive_and_coarse_enough():
     with pytest.raises(InvalidInput, match="`grid_of_two` must be positive"):
         make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=-1.0)
-    scenario = make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=0.05)
+    scenario = make_team_scenario([[0.5, 0.5]], [[1.0, 0.5], [0.6, 0.9]], grid_of_two=0.1)
     with pytest.raises(InvalidInput, match="the table of two evaders takes at most"):
         MakeTracking(scenario)
 

@@ -132,9 +132,8 @@ def test_games_of_the_corner_game_s_evaders_end_at_the_same_time_everywhere(fiel
 @pytest.mark.parametrize("hold", ["none", "until_lost"])
 @pytest.mark.parametrize("field", ["table", "margin", "lookahead"])
 def test_games_of_evaders_that_answer_end_at_the_same_time_everywhere(field, hold):
-    strategy = {"field": field, "hold": hold, "policy": "best_response", "seconds": 8.0}
-    # Game 2 is left out: there evaders try plans in which pursuers come to have two matchings of
-    # the same risk, and numbers decide.
-    games = ((0, 1), (1, 2), (3, 3), (5, 3))
+    strategy = {"field": field, "hold": hold, "policy": "best_response", "seconds": 4.0}
+    # An evader of each gets away before the end, whatever the field.
+    games = ((0, 1), (7, 2), (36, 3), (37, 3))
     compared = [check(draw_game(seed, size, **strategy), seed) for seed, size in games]
-    assert sum(compared) >= 2
+    assert sum(compared) >= 3

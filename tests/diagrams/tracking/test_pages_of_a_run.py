@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sightfield.diagrams.scenario_files import find_scenario, load_scenario
-from sightfield.diagrams.tracking.game import set_up_game
+from sightfield.diagrams.tracking.game import set_up_game, with_random_starts
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.visuals.live_page import open_live_page
@@ -13,10 +13,15 @@ from sightfield.diagrams.visuals.replay import write_replay
 pytestmark = pytest.mark.browser
 
 
+def load(*settings):
+    """The thesis's arena."""
+    return load_scenario(TrackingScenario, find_scenario("thesis_3v4"), settings)
+
+
 @pytest.fixture(scope="module")
 def game():
-    """The thesis's arena, until an evader is lost."""
-    return set_up_game(load_scenario(TrackingScenario, find_scenario("thesis_3v4")))
+    """A game in which an evader is lost after two seconds."""
+    return set_up_game(with_random_starts(load("seed=9")))
 
 
 def check_robots(page, run, sample):
@@ -51,7 +56,7 @@ def test_the_live_page_ends_where_the_log_ends(game, new_scene_page):
     assert page.shown("state/lost")
 
 
-def test_stop_on_the_page_ends_the_run(game, new_scene_page):
+def test_stop_on_the_page_ends_the_run(new_scene_page):
     meshcat = open_live_page(port=0)
     page = new_scene_page(meshcat.web_url())
 
@@ -60,7 +65,7 @@ def test_stop_on_the_page_ends_the_run(game, new_scene_page):
             page.page.keyboard.press("Escape")
             page.page.wait_for_timeout(50)
 
-    run = run_tracking(game, meshcat, live=True, progress=press_stop)
+    run = run_tracking(set_up_game(load()), meshcat, live=True, progress=press_stop)
     assert run.lost_evader is None
     assert 1.0 <= run.tracking_time < 5.0
     assert run.times[-1] == pytest.approx(run.tracking_time)

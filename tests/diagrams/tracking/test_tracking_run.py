@@ -148,7 +148,7 @@ def _wandering(evaders):
 
 def test_pursuit_keeps_evaders_longer_than_waiting_does():
     def tracking_times(rule):
-        games = [load("thesis_3v3", f"pursuers.assignment={rule}", f"seed={k}") for k in range(20)]
+        games = [load("thesis_3v3", f"pursuers.assignment={rule}", f"seed={k}") for k in range(8)]
         return [play(with_random_starts(game)).tracking_time for game in games]
 
     assert np.mean(tracking_times("hungarian")) > 1.3 * np.mean(tracking_times("stay"))

@@ -12,13 +12,13 @@ from sightfield.systems.numerics.standoff.response import respond
 def test_states_settle_as_their_motions_do(controller):
     loop = StandoffLoop(controller=controller)
     random = np.random.default_rng(1)
-    y, integral = random.uniform(-2.0, 1.28, 40), random.uniform(-2.0, 2.0, 40)
+    y, integral = random.uniform(-2.0, 1.28, 15), random.uniform(-2.0, 2.0, 15)
     rest = wanted_equilibrium(loop).y
     settled = [
         abs(respond(loop, start, integral=sum_).end - rest) < 1e-5
         for start, sum_ in zip(y.tolist(), integral.tolist(), strict=True)
     ]
-    assert 5 < sum(settled) < 35
+    assert 2 < sum(settled) < 13
     assert attracted_states(loop, y, integral).tolist() == settled
 
 

@@ -175,7 +175,7 @@ def test_the_mirrored_error_has_the_mirrored_region(controller):
 
 def test_random_loops_go_where_their_regions_say():
     random = np.random.default_rng(4)
-    for _ in range(8):
+    for _ in range(5):
         loop = StandoffLoop(
             controller=str(random.choice(["PI", "PID"])),
             kp=10 ** random.uniform(0, 1.5),
@@ -184,7 +184,7 @@ def test_random_loops_go_where_their_regions_say():
             reference=random.uniform(-0.5, 0.5),
         )
         rest, region = wanted_equilibrium(loop).y, region_of_attraction(loop)
-        for part in (0.01, 0.5, 0.999):
+        for part in (0.5, 0.999):
             for end in (region.low, region.high):
                 start = rest + part * (end - rest)
                 assert respond(loop, start, duration=1e4).end == pytest.approx(rest, abs=1e-5)
@@ -203,7 +203,7 @@ def test_the_energy_falls_along_every_motion_and_certifies_part_of_the_region(co
     assert values[-1] == pytest.approx(0, abs=1e-9)
 
 
-@pytest.mark.parametrize("kp", [1e4, 3e4, 1e5, 1e6])
+@pytest.mark.parametrize("kp", [1e4, 1e6])
 @pytest.mark.parametrize(("controller", "power"), [("PI", 1.0), ("PID", 0.5)])
 def test_a_weak_integral_attracts_from_as_far_as_its_leading_order_says(controller, power, kp):
     # Motions creep to the fold of m + w = 0, where w = other / 4, and leave: far away dw / dx is

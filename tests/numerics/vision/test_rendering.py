@@ -25,8 +25,10 @@ def red_pixels(picture: np.ndarray) -> np.ndarray:
     return (picture[..., 0] > 0.5) & (picture[..., 1] < 0.3) & (picture[..., 2] < 0.3)
 
 
-@pytest.mark.parametrize("wall_height", [0.5, 0.3, 0.1])
-@pytest.mark.parametrize("pose", [(2.0, 1.2, 0.4), (0.45, 2.1, -2.5)])
+@pytest.mark.parametrize(
+    ("wall_height", "pose"),
+    [(0.5, (2.0, 1.2, 0.4)), (0.3, (0.45, 2.1, -2.5)), (0.1, (2.0, 1.2, 0.4))],
+)
 def test_every_pixel_shows_what_its_ray_meets_first(
     small_camera, arena, looked_up, wall_height, pose
 ):

@@ -219,7 +219,8 @@ class GuaranteedTimes:
             near = near[np.argsort(np.hypot(*(self.places[near] - p).T), kind="stable")]
             start = np.tile(p, (len(near), 1))
             near = near[are_clear(self.pursuer_region, start, self.places[near])]
-            choices = [(int(q), j, i) for q in near for j, i in self._nodes_near(e)]
+            around = self._nodes_near(e)
+            choices = [(int(q), j, i) for q in near for j, i in around]
         at_node = math.hypot(*(self.places[node] - p)) <= 1e-9 * self.pursuer_grid.spacing
         best, place = 0, p
         for q, j, i in choices:

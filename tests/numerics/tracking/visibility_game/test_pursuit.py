@@ -187,7 +187,7 @@ def test_no_way_hides_an_evader_that_stands(boxed):
     # Evaders are off their nodes too, where a corner may come between that the table knows not of.
     board, rng, beside = make_board(boxed), np.random.default_rng(8), 0
     box = shapely.Polygon(BOX.rings[1])
-    for _ in range(6000):
+    for _ in range(2500):
         p, e, _, _ = draw_winnable(rng, boxed)
         e = e + rng.uniform(-0.5, 0.5, 2) * boxed.evader_grid.spacing
         if not OPEN.covers(shapely.LineString([p, e])):
@@ -197,14 +197,14 @@ def test_no_way_hides_an_evader_that_stands(boxed):
         for k in range(1, pieces + 1):
             assert OPEN.covers(shapely.LineString([p + (to - p) * k / pieces, e]))
         beside += shapely.LineString([to, e]).distance(box) < 0.05
-    assert beside > 40
+    assert beside > 16
 
 
 def test_of_straight_ways_that_keep_the_evader_the_best_one_is_taken(boxed):
     """Against every node within reach, with SciPy's distances and Shapely's lines of sight."""
     board, rng = make_board(boxed), np.random.default_rng(9)
     spacing, straight = boxed.pursuer_grid.spacing, 0
-    for _ in range(100):
+    for _ in range(50):
         p, e, row, column = draw_winnable(rng, boxed)
 
         def distance(q, row=row, column=column):
@@ -245,4 +245,4 @@ def test_of_straight_ways_that_keep_the_evader_the_best_one_is_taken(boxed):
             worth = distance(chosen) - 0.5 * math.hypot(*(to - p)) / spacing
             assert worth >= max(worths) - 1e-9
             straight += 1
-    assert straight > 10
+    assert straight > 5

@@ -129,7 +129,7 @@ def test_two_are_never_certified_for_longer_than_one_of_them_can_be_kept():
     world = draw_arena(Arena(obstacles=3, shortest=0.8, longest=1.2), 7)
     table = solve(world, 0.64, "lower", evader_moves=21)
     most = solve_visibility_game(
-        world, pursuer_speed=1.0, evader_speed=RATIO, grid=0.2, bound="upper"
+        world, pursuer_speed=1.0, evader_speed=RATIO, grid=0.3, bound="upper"
     )
     index, rng = build_edge_index(world), np.random.default_rng(3)
     promised, hidden = 0, 0
