@@ -145,10 +145,11 @@ def during(traffic: Traffic, begin: float, end: float) -> Traffic:
     count = round((end - begin) / SAMPLE) + 1
     known = traffic.poses.shape[1]
     at = np.clip(np.arange(first, first + count), 0, known - 1)
+    # Unlike an index, `take` keeps the rows of a machine together in memory.
     return traffic._replace(
-        poses=traffic.poses[:, at],
-        middles=traffic.middles[:, at],
-        sway=traffic.sway[:, at],
+        poses=traffic.poses.take(at, axis=1),
+        middles=traffic.middles.take(at, axis=1),
+        sway=traffic.sway.take(at, axis=1),
         begin=begin,
     )
 

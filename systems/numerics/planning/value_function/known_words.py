@@ -77,7 +77,9 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
     widths -= KEPT
     cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
     pairs = word_controls(trailer)
-    return Aim(cart, goal.state[3], widths, pairs, gain, steps, trailer.jackknife)
+    # Whole numbers would have all that takes an aim compiled once more.
+    beta, jackknife = float(goal.state[3]), float(trailer.jackknife)
+    return Aim(cart, beta, widths, pairs, float(gain), steps, jackknife)
 
 
 def word_controls(trailer: Trailer) -> np.ndarray:
@@ -281,7 +283,9 @@ def _search(
                 best[:best_count],
                 best_times[:best_count],
             )
-            total, count = refine(local[s], best, best_times, best_count, least, aim, ROUNDS, ROOM)
+            # Plain numbers: Numba would compile it for each constant.
+            begun, rounds, most = np.int64(best_count), np.int64(ROUNDS), np.int64(ROOM)
+            total, count = refine(local[s], best, best_times, begun, least, aim, rounds, most)
             if stays(starts[s], best, best_times, count, aim.cart, bounds, jackknife):
                 least, counts[s] = total, count
                 controls[s, :count], spent[s, :count] = best[:count], best_times[:count]

@@ -381,6 +381,8 @@ def _choose_durations(
         counts, controls, durations: See `KnownWords`; to be filled.
     """
     word, spent = np.empty((ROOM, 2)), np.empty(ROOM)
+    # Plain numbers: Numba would compile `refine` for each constant.
+    rounds, most = np.int64(1), np.int64(MOST_ARCS)
     for s in range(len(starts)):
         if times[s] == 0.0:
             continue
@@ -390,7 +392,7 @@ def _choose_durations(
         total = shorten(local[s], word, spent, count, aim)
         if total < math.inf:
             count = merge(word, spent, count)
-            total, count = refine(local[s], word, spent, count, total, aim, 1, MOST_ARCS)
+            total, count = refine(local[s], word, spent, count, total, aim, rounds, most)
         if not (
             total <= times[s] + KEPT_LATER
             and stays(starts[s], word, spent, count, aim.cart, bounds, jackknife)

@@ -109,7 +109,7 @@ def test_who_is_left_alone_after_a_visit_may_go_though_the_tank_fills_again(crew
     loads = Loads(
         np.array([500.0]),
         np.array([ties.given[0] - 400.0]),
-        np.zeros(1, dtype=np.bool_),
+        np.zeros(1),
         np.array([10000.0]),
         np.array([9000.0]),
     )
@@ -142,7 +142,7 @@ def test_a_combine_does_not_leave_a_cart_that_stands_before_its_last_grain_has_f
     loads = Loads(
         np.array([left]),
         np.array([ties.given[t] - left]),
-        np.ones(1, dtype=np.bool_),
+        np.ones(1),
         np.array([10000.0]),
         np.array([9000.0]),
     )
