@@ -60,6 +60,9 @@ _WAYPOINTS = 32
 # Size of the hash table of cells, a power of two.
 _TABLE = 1 << 17
 
+# Not Python's own: Numba would compile what takes them for each constant.
+_WITHOUT_RUNS, _ONE = np.bool_(False), np.int64(1)
+
 # Longest arc between two poses of a path [rad].
 _LONGEST_ARC = math.pi / 2
 
@@ -130,7 +133,9 @@ def _explore(site, motion, start, goal, gears, expansions, ahead, bends, ways):
         expanded += 1
         if expanded % _SHOT_EVERY == 1:
             task = (driven[node], gears[1])
-            shot = fitting_word(site, motion, poses[node], goal, task, np.inf, False, bends, ways)
+            shot = fitting_word(
+                site, motion, poses[node], goal, task, np.inf, _WITHOUT_RUNS, bends, ways
+            )
             if shot < np.inf:
                 return poses, moves, parents, node
         for gear in (1, -1):
@@ -149,7 +154,7 @@ def _explore(site, motion, start, goal, gears, expansions, ahead, bends, ways):
                 if driven[node] != gear:
                     cost += stop if driven[node] != 0 else stop / 2
                 rest = _rest(site, motion, poses[count], goal, gear, gears[1], ahead, turns, pieces)
-                if rest == np.inf or not stays_on_ground(site, poses[node], bend, way, 1, room):
+                if rest == np.inf or not stays_on_ground(site, poses[node], bend, way, _ONE, room):
                     continue
                 costs[count], driven[count], parents[count] = cost, gear, node
                 moves[count, 0], moves[count, 1] = curvature, way[0]
@@ -299,7 +304,7 @@ def _shortened(site, motion, track, steps, bends, ways, gears):
                 track[end],
                 task,
                 best[j] - best[i] - 1e-6,
-                False,
+                _WITHOUT_RUNS,
                 words[j, 0],
                 words[j, 1],
             )

@@ -390,7 +390,7 @@ def fitting_word(site, motion, start, goal, gears, least, with_runs, curvatures,
                     count += 1
     order = np.argsort(times[:count], kind="mergesort")
     for word in order[:_MOST_CHECKS]:
-        if stays_on_ground(site, start, bends[word], pieces[word], PIECES, room):
+        if stays_on_ground(site, start, bends[word], pieces[word], np.int64(PIECES), room):
             curvatures[:] = bends[word]
             lengths[:] = pieces[word]
             return times[word]
