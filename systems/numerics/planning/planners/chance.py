@@ -1,6 +1,7 @@
 """Quickest paths from words drawn at random, until they have been met often enough.
 
-A word that is met only once is a sign that others as hard to meet are still missing.
+A word that is met only once is a sign that others as hard to meet are still missing. Words drawn at
+random lead to one gear more often than to the other, so that this is asked in each gear.
 
 Far from the goal a path is a manoeuvre, a long straight in one gear and another manoeuvre. What is
 best at one end depends little on the other: so words are drawn of that form, in each gear until its
@@ -21,9 +22,10 @@ from ..arc_words.quickest import ArcWord, word_path
 from ..minimum_time.problem import Attempt, Problem
 from ..plan import TrailerPath
 
-# Random words that end anywhere: at most, and per lot. Lots are added until this many words have
-# led to the quickest known path, to within this share of its time.
-SCATTERED, LOT, OFTEN, _SAME = 160, 20, 3, 1e-3
+# Random words that end anywhere: at most, and per lot. Lots are added until in each gear this many
+# words have led to its quickest known path, to within this share of its time; but a gear that takes
+# so many times as long as the other is left.
+SCATTERED, LOT, OFTEN, _SAME, _SLOW = 160, 20, 3, 1e-3, 1.25
 # A goal is far from this many turning radii on; most words that are then drawn in each gear.
 FAR, IN_GEAR = 12.0, 80
 # Beginnings and ends that are put together, and by how much their times differ at least
@@ -43,32 +45,52 @@ def paths_by_chance(problem: Problem, solve: Solve, known: Iterable[Attempt]) ->
     """
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     paths = [each for each in known if each.is_path]
+    gears = (1, -1) if trailer.reverse else (1,)
     if math.dist(start[:2], goal.state[:2]) < FAR * trailer.speed / trailer.turn_rate:
         words = scattered_words(trailer, start, goal, SCATTERED)
-        quickest = min((each.time for each in paths), default=math.inf)
-        return _until_often(problem, solve, words, quickest)
+        return _until_often(problem, solve, words, paths, gears)
     found = list[Attempt]()
-    for gear in (1, -1) if trailer.reverse else (1,):
+    for gear in gears:
         words = manoeuvre_words(trailer, start, goal, gear, IN_GEAR)
-        found += _until_often(problem, solve, words, math.inf)
+        found += _until_often(problem, solve, words, [], (gear,))
         both = paths + [each for each in found if each.is_path]
         found += [solve(path) for path in _put_together(problem, both, gear)]
     return found
 
 
 def _until_often(
-    problem: Problem, solve: Solve, words: list[ArcWord], quickest: float
+    problem: Problem,
+    solve: Solve,
+    words: list[ArcWord],
+    known: list[Attempt],
+    gears: tuple[int, ...],
 ) -> list[Attempt]:
-    """Attempts from words, lot by lot, until the quickest path has been found often enough."""
+    """Attempts from words, lot by lot, until the quickest paths have been found often enough."""
     found = list[Attempt]()
     for first in range(0, len(words), LOT):
         lot = words[first : first + LOT]
         found += [solve(word_path(problem.trailer, problem.start, word)) for word in lot]
-        times = [each.time for each in found if each.is_path]
-        quickest = min([quickest, *times])
-        if sum(time <= quickest * (1 + _SAME) for time in times) >= OFTEN:
+        if _met_often([each for each in found if each.is_path], known, gears):
             break
     return found
+
+
+def _met_often(drawn: list[Attempt], known: list[Attempt], gears: tuple[int, ...]) -> bool:
+    """Whether each gear's quickest path was drawn often; slow gears are not asked."""
+    quickest = min((each.time for each in drawn + known), default=math.inf)
+    for gear in gears:
+        times = [each.time for each in drawn if _gear_of(each.path) == gear]
+        others = [each.time for each in known if _gear_of(each.path) == gear]
+        least = min(times + others, default=math.inf)
+        slow = _SLOW * quickest < least < math.inf
+        if not slow and sum(time <= least * (1 + _SAME) for time in times) < OFTEN:
+            return False
+    return True
+
+
+def _gear_of(path: TrailerPath) -> int:
+    """The gear in which most of a path is driven: 1 or -1."""
+    return 1 if path.controls[:, 0] @ np.diff(path.times) >= 0 else -1
 
 
 class _Halves(NamedTuple):

@@ -8,7 +8,12 @@ import pytest
 from sightfield.systems.numerics.planning.arc_words.quickest import ArcWord, word_path
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.minimum_time.problem import Attempt, Problem
-from sightfield.systems.numerics.planning.planners.chance import IN_GEAR, LOT, paths_by_chance
+from sightfield.systems.numerics.planning.planners.chance import (
+    IN_GEAR,
+    LOT,
+    SCATTERED,
+    paths_by_chance,
+)
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 START, WAY = np.array([0.0, 0.0, 0.0, 0.0]), 40.0
@@ -71,3 +76,36 @@ def test_what_is_met_often_is_believed():
     same = driven(Trailer(), STRAIGHT)
     found, tried = found_and_tried(Trailer(), [], lambda path: same)
     assert len(found) == len(tried) == LOT
+
+
+NEAR = Goal(state=(11.0, 0.0, 0.0, 0.0))
+HALF, DIRECT, BACK = (1.0, 1.0, math.pi), (1.0, 0.0, 11.0), (-1.0, 0.0, 11.0)
+
+
+@pytest.mark.parametrize(
+    ("reverse", "known", "ways", "lots"),
+    [
+        # No word leads to a way backwards: it may have been missed, unless there is none.
+        (True, [], [(ROUND, DIRECT)], SCATTERED // LOT),
+        (False, [], [(ROUND, DIRECT)], 1),
+        # Words lead to either.
+        (True, [], [(ROUND, DIRECT), (HALF, BACK, HALF)], 1),
+        # A way backwards is known, which no word leads to: of a slow one that may be.
+        (True, [(HALF, BACK, HALF)], [(ROUND, DIRECT)], SCATTERED // LOT),
+        (True, [(HALF, BACK, HALF)], [(DIRECT,)], 1),
+    ],
+)
+def test_near_the_goal_words_are_drawn_until_each_gear_is_met_often(reverse, known, ways, lots):
+    trailer = Trailer(reverse=reverse)
+
+    def arrived(arcs):
+        return Attempt(driven(trailer, *arcs).path, 0.0, "optimal", 1)
+
+    tried = []
+
+    def solve(path):
+        tried.append(path)
+        return arrived(ways[len(tried) % len(ways)])
+
+    paths_by_chance(Problem(trailer, START, NEAR, 100), solve, [arrived(arcs) for arcs in known])
+    assert len(tried) == lots * LOT
