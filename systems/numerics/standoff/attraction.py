@@ -56,6 +56,7 @@ def edge(loop: StandoffLoop) -> float:
     return min(places) if loop.error.a > 0 else max(places)
 
 
+@lru_cache(maxsize=8)
 def potential(loop: StandoffLoop) -> Polynomial:
     """W(y): minus the integral of f (1 - K_D f') dy from the wanted equilibrium [m^2]."""
     a, linear = loop.error.a, loop.error.b - 1
@@ -363,8 +364,7 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
         return np.ones(y.shape, dtype=bool)
     side = 1.0 if loop.error.a > 0 else -1.0
     rest, border, other = wanted_equilibrium(loop).y, edge(loop), other_equilibrium(loop).y
-    span, wall = abs(border - rest), potential(loop)
-    level = float(wall(border))
+    span, level = abs(border - rest), float(energy(loop, border, 0.0))
     speed = loop.kp * root_slope(loop) * span
     shape = y.shape
     states = np.stack([np.ravel(y), np.ravel(integral)]).astype(float)
@@ -381,9 +381,7 @@ def attracted_states(loop: StandoffLoop, y: np.ndarray, integral: np.ndarray) ->
 
     for _ in range(_STEPS):
         now = states[:, alive]
-        # As `energy` has it.
-        height = loop.integral_gain * np.square(now[1]) / 2 + wall(now[0])
-        inside = (side * (border - now[0]) > 0) & (height < level)
+        inside = (side * (border - now[0]) > 0) & (energy(loop, now[0], now[1]) < level)
         found[alive[inside]] = True
         # Lost: beyond the other equilibrium, with an integral that drives the motion farther.
         gone = (side * (now[0] - other) >= 0) & (side * now[1] >= 0)

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 import shapely
-from shapely import affinity
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world, world_from_polygon
@@ -32,10 +31,9 @@ CASES = [
 
 
 @pytest.fixture(scope="module", params=CASES, ids=[f"{name} {count}" for name, _, count in CASES])
-def planned(request, field_makers):
+def planned(request, smaller):
     name, part, count = request.param
-    whole = field_makers[name]().polygon
-    field = Field(world_from_polygon(affinity.scale(whole, part, part, origin=(0, 0))))
+    field = smaller(name, part)
     return field, next(find_coverages(field, [COMBINE] * count))
 
 

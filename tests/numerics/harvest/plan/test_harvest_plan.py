@@ -48,11 +48,6 @@ def logs():
     return runpy.run_path(str(Path(__file__).with_name("plan_logs.py")))
 
 
-def smaller(field, part):
-    """A field of the same shape whose lengths are a part of what they were."""
-    return Field(world_from_polygon(affinity.scale(field.polygon, part, part, origin=(0, 0))))
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -94,8 +89,8 @@ def test_what_no_harvest_has_is_refused_by_its_name(changes, message):
         ("pond_10", 0.7, 2),
     ],
 )
-def test_the_audit_finds_nothing_in_a_plan(field_makers, logs, name, part, count):
-    field = smaller(field_makers[name](), part)
+def test_the_audit_finds_nothing_in_a_plan(smaller, logs, name, part, count):
+    field = smaller(name, part)
     plan = plan_combines(field, [COMBINE] * count)
     audit = audit_harvest(logs["log_of"](plan), logs["site_of"](plan))
     assert audit.faults == ()
@@ -252,12 +247,12 @@ def checked(logs, plan):
 
 
 @pytest.fixture(scope="module")
-def usual_teams(field_makers):
+def usual_teams(smaller):
     """A function of a field's name, a part of its size and a number: the plan of usual combines."""
 
     @cache
     def team(name, part, count):
-        return plan_combines(smaller(field_makers[name](), part), [Combine()] * count)
+        return plan_combines(smaller(name, part), [Combine()] * count)
 
     return team
 
@@ -354,8 +349,8 @@ def test_where_carts_cannot_serve_combines_these_cut_the_field_in_another_way(
     checked(logs, plan)
 
 
-def test_no_truck_stands_at_the_tip_of_a_star(field_makers, logs):
-    field = smaller(field_makers["star_11"](), 0.7)
+def test_no_truck_stands_at_the_tip_of_a_star(smaller, logs):
+    field = smaller("star_11", 0.7)
     plan = plan_harvest(field, [Combine()] * 2, Cart(), carts=3, density=0.8)
     checked(logs, plan)
     tips = shapely.get_coordinates(field.outline.exterior)
