@@ -36,7 +36,7 @@ LOOK = 0.1
 # Arcs held for less are none [1 / turn rate].
 _SHORTEST = 1e-9
 _TINY = 1e-9
-# Of pivots that differ by less, the first is taken, so that rounding does not decide.
+# Costs that differ by less are the same, so that rounding does not decide.
 _ALIKE = 1e-7
 
 
@@ -338,6 +338,60 @@ def _with_more_switches(controls, times, count, pairs, more, more_times):
 
 
 @compiled
+def _keep_cheap(start, controls, times, count, few, aim):
+    """Leave out arcs of no duration that cost more than they are worth.
+
+    The dual prices of the word's own programme, of a few columns, say what it is worth to shift
+    the end of the word within the box. By weak duality they also bound what a programme with all
+    columns could save: for most words there is nothing to be had.
+
+    Args:
+        start, aim: See `shorten`.
+        controls, times, count: A word with more switches; to be changed.
+        few: How many arcs it had before; two halves of each come one after the other.
+
+    Returns:
+        The number of arcs, and a bound on what a first step of `shorten` can promise; infinite
+        where the word's own programme has no solution.
+    """
+    state, gaps, slopes = np.empty(5), np.empty(4), np.empty((5, count))
+    _ends(start, controls, times, count, aim, state, gaps, slopes)
+    own, own_times = np.empty((4, few)), np.zeros(few)
+    halves = 0
+    for k in range(count):
+        if times[k] > 0.0:
+            own_times[halves // 2] += times[k]
+            for i in range(4):
+                own[i, halves // 2] = slopes[i, k]
+            halves += 1
+    rows, numbers = np.empty((4, few)), np.empty(4 + few, dtype=np.int64)
+    columns, change, prices = np.empty((4, 4 + few)), np.empty(few), np.zeros(4)
+    longest = FIRST_CHANGE
+    if not _best_change(
+        own, gaps, own_times, longest, few, aim.widths, rows, numbers, columns, change
+    ):
+        return count, math.inf
+    saved = 0.0
+    for n in range(4, 4 + few):
+        i = numbers[n] - few
+        if i >= 0 and columns[0, n] != 0.0:
+            prices[i] = columns[0, n]
+            room = aim.widths[i] + (gaps[i] if prices[i] > 0.0 else -gaps[i])
+            saved += abs(prices[i]) * max(room, 0.0)
+    kept = 0
+    for k in range(count):
+        cost = 1.0
+        for i in range(4):
+            cost -= prices[i] * slopes[i, k]
+        saved += cost * min(times[k], longest) if cost > 0.0 else -cost * longest
+        if times[k] > 0.0 or cost < -_ALIKE:
+            controls[kept, 0], controls[kept, 1] = controls[k, 0], controls[k, 1]
+            times[kept] = times[k]
+            kept += 1
+    return kept, saved
+
+
+@compiled
 def refine(start, controls, times, count, total, aim, rounds, most):
     """Put more switches into a word of few arcs, as long as they save time.
 
@@ -355,6 +409,9 @@ def refine(start, controls, times, count, total, aim, rounds, most):
         if not 0 < count <= FEW_ARCS:
             break
         many = _with_more_switches(controls, times, count, aim.pairs, more, more_times)
+        many, promised = _keep_cheap(start, more, more_times, many, count, aim)
+        if promised < aim.gain:
+            break
         found = shorten(start, more, more_times, many, aim)
         many = merge(more, more_times, many)
         if not found < total - aim.gain or many > most:
@@ -375,6 +432,11 @@ def stays(start, controls, times, count, cart, bounds, jackknife):
         bounds: x_min, y_min, x_max, y_max in the frame of the start.
         jackknife: Largest |beta| [rad]; pi: none.
     """
+    edge = min(
+        start[0] - bounds[0], start[1] - bounds[1], bounds[2] - start[0], bounds[3] - start[1]
+    )
+    if jackknife >= math.pi and times[:count].sum() <= edge:
+        return True  # So little time does not lead beyond the edge.
     state = np.empty(5)
     state[:3] = start[:3]
     state[3], state[4] = math.sin(start[3] / 2), math.cos(start[3] / 2)

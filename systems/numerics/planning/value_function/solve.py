@@ -249,12 +249,14 @@ class _Sweep:
     def passes(self, polish: int) -> Iterator[float]:
         """Linear passes until little changes, then so many cubic ones; yields the changes."""
         enough = ROUGH_CHANGE if polish else LINEAR_CHANGE
-        number, change = 0, math.inf
-        while number < LINEAR_LIMIT and change >= enough:
+        change = math.inf
+        for number in range(LINEAR_LIMIT):
+            if change < enough:
+                break
             yield (change := self(cubic=False, upwards=number % 2 == 0))
-            number += 1
-        for more in range(polish):
-            yield self(cubic=True, upwards=(number + more) % 2 == 0)
+        # Cubic passes forget what linear ones left, but not which way the first of them went.
+        for number in range(polish):
+            yield self(cubic=True, upwards=number % 2 == 0)
 
     def __call__(self, *, cubic: bool, upwards: bool) -> float:
         """One pass; returns the largest change."""

@@ -100,6 +100,40 @@ def test_changes_solve_their_linear_programme():
     assert solved > 100
 
 
+def test_what_more_switches_promise_is_bounded_by_prices_of_few_columns():
+    rng = np.random.default_rng(12)
+    trailer, box = Trailer(reverse=True), aim(Trailer(reverse=True), gain=1e-3)
+    bounds, promises = [], []
+    for start in rng.uniform([-3, -1.5, -1, -0.8], [-1, 1.5, 1, 0.8], (60, 4)):
+        word = quickest_word(trailer, start, GOAL, 1 / 8)
+        if word is None:
+            continue
+        controls, times, count = arrays(word)
+        shorten(start, controls, times, count, box)
+        few = merge(controls, times, count)
+        more, more_times, _ = arrays(word)
+        many = linear_steps._with_more_switches(controls, times, few, box.pairs, more, more_times)
+        gaps, slopes = np.empty(4), np.empty((5, many))
+        linear_steps._ends(start, more, more_times, many, box, np.empty(5), gaps, slopes)
+        expected = linprog(
+            np.ones(many),
+            A_ub=np.vstack([slopes[:4], -slopes[:4]]),
+            b_ub=np.append(np.maximum(box.widths - gaps, 0), np.maximum(box.widths + gaps, 0)),
+            bounds=[(max(-time, -0.5), 0.5) for time in more_times[:many]],
+        )
+        kept, bound = linear_steps._keep_cheap(start, more, more_times, many, few, box)
+        assert more_times[:kept].sum() == pytest.approx(times[:few].sum())
+        bounds.append(bound)
+        promises.append(-expected.fun)
+    bounds, promises = np.array(bounds), np.array(promises)
+    assert (promises <= bounds + 1e-7).all()
+    # Where there is nothing to be had the bound says so; elsewhere it may say too much.
+    idle = promises < 1e-4
+    assert 5 < idle.sum() < len(idle)
+    assert bounds[idle].max() < 1e-4
+    assert np.median((bounds / promises)[~idle]) < 3
+
+
 def test_slopes_are_those_of_small_differences():
     rng = np.random.default_rng(10)
     box = aim(Trailer(length=0.7, hitch_offset=-0.2, reverse=True))
@@ -126,3 +160,14 @@ def test_a_word_stays_where_neither_the_edge_nor_the_jackknife_limit_is_passed()
     assert stays(start, controls, times, count, cart, wide, math.pi)
     assert not stays(start, controls, times, count, cart, narrow, math.pi)
     assert not stays(start, controls, times, count, cart, wide, 0.8)
+
+
+@pytest.mark.parametrize("side", range(4))
+def test_a_straight_stays_up_to_the_edge(side):
+    word = ArcWord(np.array([[1.0, 0.0]]), np.array([1.0]))
+    controls, times, count = arrays(word)
+    start = np.array([0.0, 0.0, (side - 2) * math.pi / 2, 0.0])
+    for far, expected in ((1.01, True), (1.0, True), (0.99, False), (0.51, False)):
+        bounds = np.array([-3.0, -3.0, 3.0, 3.0])
+        bounds[side] = far * (1 if side > 1 else -1)
+        assert stays(start, controls, times, count, Cart(1.0, 0.0), bounds, math.pi) == expected
