@@ -23,6 +23,9 @@ INSTALL := $(PIP) install --quiet --require-hashes
 # A shell set up for ROS, say, would put other packages before the pinned ones.
 unexport PYTHONPATH PYTHONHOME
 
+# Processes of the tests would each compile all of the package.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help demo test lint format mutants mutation-score bench peers interop irsim docs links tutorials pictures tools venv lock clean

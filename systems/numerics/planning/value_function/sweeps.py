@@ -27,9 +27,10 @@ from ..held_controls import hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 
-# Durations of the steps, in angles between theta nodes of the thesis's grid. Finer grids have
-# them too: each step adds an error of interpolation, so that shorter ones would gain little.
-DURATIONS = (1.0, 1.5, 2.0, 3.0, 6.0)
+# Durations of the longer steps, in angles between theta nodes of the thesis's grid. Each step adds
+# an error of interpolation, so that finer grids have them too; but controls change more often than
+# that, so the shortest step is one angle of any grid.
+DURATIONS = (2.0, 3.0, 6.0)
 # A foot point this near to a node, in cells, is on it.
 SNAP = 1e-4
 
@@ -64,7 +65,7 @@ class Motions(NamedTuple):
 def step_multiples(grid: StateGrid) -> tuple[int, ...]:
     """Durations of steps, in angles between theta nodes."""
     finer = max(1.0, grid.theta_count / THESIS_ANGLES)
-    return tuple(sorted({round(duration * finer) for duration in DURATIONS}))
+    return 1, *sorted({round(duration * finer) for duration in DURATIONS})
 
 
 def make_motions(grid: StateGrid, trailer: Trailer, scale: float) -> Motions:

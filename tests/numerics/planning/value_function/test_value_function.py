@@ -14,6 +14,7 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.policy import attained_times
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
+from sightfield.systems.numerics.planning.value_function.sweeps import step_multiples
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.
 THESIS_CASE = 4.3476
@@ -147,6 +148,16 @@ def test_reverse_is_never_slower(solved):
     forward, both = solved(polish=0), solved(polish=0, reverse=True)
     assert (both.table <= forward.table + 2e-3).all()
     assert both.time_to_go([1, 0, 0, 0]) < 1.5 < forward.time_to_go([1, 0, 0, 0])
+
+
+@pytest.mark.parametrize("step", [1.0, 0.4, 0.2, 0.125, 0.1, 0.05])
+def test_steps_begin_with_one_angle_and_reach_as_far_on_any_grid(step):
+    grid = StateGrid.of_step(step)
+    multiples = step_multiples(grid)
+    assert multiples[0] == 1
+    assert all(np.diff(multiples) > 0)
+    far = 6 * max(grid.theta_step, math.tau / 25)
+    assert multiples[-1] * grid.theta_step == pytest.approx(far, abs=grid.theta_step / 2)
 
 
 def test_scale_of_lengths_and_times_does_not_matter(solved):
