@@ -19,7 +19,7 @@ from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid, is_mirrored
 from sightfield.systems.numerics.planning.value_function.solve import POLISH, solve_value_function
-from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
+from sightfield.systems.numerics.planning.value_function.sweeps import step_multiples
 
 
 def peak() -> float:
@@ -62,7 +62,7 @@ def main() -> None:
             "megabytes_before": before,
             "nodes": math.prod(grid.shape),
             "computed_nodes": math.prod(grid.shape) // theta_count * rows,
-            "controls": len(make_motions(grid, Trailer(), 1.0).controls),
+            "controls": 3 * len(step_multiples(grid, cubic=True)),
             "polish": POLISH,
             "warnings": list(value.warnings),
         },

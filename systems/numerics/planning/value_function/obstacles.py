@@ -15,7 +15,6 @@ from ..footprint import TRACTOR, TRAILER, Discs, signed_distance
 from ..held_controls import hold_beta
 from ..trailer import Trailer
 from .grid import StateGrid
-from .sweeps import step_multiples
 
 # Checks for walls along a step, per angle between theta nodes.
 LOOKS = 2
@@ -135,7 +134,9 @@ def least_room(walls, x, y, theta, beta, enough):
     return least
 
 
-def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> np.ndarray:
+def shut_ways(
+    grid: StateGrid, trailer: Trailer, walls: Walls, scale: float, multiples: tuple[int, ...]
+) -> np.ndarray:
     """Which steps lead through a wall, one bit for each control of `make_motions`.
 
     The room around a body depends on its position and heading alone, so it is tabulated once. For
@@ -146,13 +147,13 @@ def shut_ways(grid: StateGrid, trailer: Trailer, walls: Walls, scale: float) -> 
         trailer: Normalised.
         walls: What is in the way, at `FINENESS`.
         scale: Length of a turning radius [m].
+        multiples: Durations of the steps, see `make_motions`.
 
     Returns:
         Shape of the grid, uint32; all bits at nodes that overlap a wall themselves.
     """
     shut = np.zeros(grid.shape, dtype=np.uint32)
     _, _, thetas, betas = grid.axes()
-    multiples = step_multiples(grid)
     longest = max(multiples)
     headings = math.tau / (HEADINGS * grid.theta_count) * np.arange(HEADINGS * grid.theta_count)
     tractor, towed = (_rooms(walls, body, headings) for body in (TRACTOR, TRAILER))

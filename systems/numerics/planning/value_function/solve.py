@@ -30,7 +30,16 @@ from .known_words import HELD
 from .near_field import first_hits, near_words
 from .obstacles import FINENESS, FINER, make_walls, shut_ways
 from .policy import way_time
-from .sweeps import FAR, LIMIT, Motions, make_motions, settle_row, sweep_row, sweep_walled_row
+from .sweeps import (
+    FAR,
+    LIMIT,
+    Motions,
+    make_motions,
+    settle_row,
+    step_multiples,
+    sweep_row,
+    sweep_walled_row,
+)
 from .value_function import ValueFunction
 
 
@@ -139,11 +148,12 @@ def solve_value_function(
     box, warnings = widened(goal, grid)
     scale = trailer.speed / trailer.turn_rate
     cart = normalised(trailer)
+    multiples = step_multiples(grid, cubic=polish > 0)
     walls = shut = finer = None
     if obstacles is not None:
         body = discs or covering_discs(trailer)
         walls, finer = (make_walls(obstacles, body, grid, each) for each in (FINENESS, FINER))
-        shut = shut_ways(grid, cart, walls, scale)
+        shut = shut_ways(grid, cart, walls, scale, multiples)
     # Half the rows are enough where nodes are mirror images of nodes.
     along_x = abs(math.sin(box.state[2])) < 0.5
     mirrored = walls is None and along_x and is_mirrored(grid, box)
@@ -154,7 +164,8 @@ def solve_value_function(
     else:
         near = first_hits(grid, cart, box, scale, walls)
         held = -math.inf
-    sweep = _Sweep(grid, near, held, make_motions(grid, cart, scale), mirrored, shut)
+    motions = make_motions(grid, cart, scale, multiples)
+    sweep = _Sweep(grid, near, held, motions, mirrored, shut)
     unit = 1.0 / trailer.turn_rate
     if warm_start is not None:
         require(polish > 0, "polish", "be positive with a warm start", polish)

@@ -27,10 +27,12 @@ from ..held_controls import hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 
-# Durations of the longer steps, in angles between theta nodes of the thesis's grid. Each step adds
-# an error of interpolation, so that finer grids have them too; but controls change more often than
-# that, so the shortest step is one angle of any grid.
-DURATIONS = (2.0, 3.0, 6.0)
+# Durations of the steps, in angles between theta nodes of the thesis's grid. Finer grids have them
+# too: each step adds an error of interpolation, which with linear interpolation is the larger one.
+DURATIONS = (1.0, 1.5, 2.0, 3.0, 6.0)
+# The longer ones of cubic interpolation: there the shortest is one angle of any grid, since
+# controls change more often than the thesis's angles allow.
+LONGER = (2.0, 3.0, 6.0)
 # A foot point this near to a node, in cells, is on it.
 SNAP = 1e-4
 
@@ -62,15 +64,25 @@ class Motions(NamedTuple):
     beta_parts: np.ndarray
 
 
-def step_multiples(grid: StateGrid) -> tuple[int, ...]:
-    """Durations of steps, in angles between theta nodes."""
+def step_multiples(grid: StateGrid, *, cubic: bool) -> tuple[int, ...]:
+    """Durations of steps, in angles between theta nodes, for one of the two interpolations."""
     finer = max(1.0, grid.theta_count / THESIS_ANGLES)
-    return 1, *sorted({round(duration * finer) for duration in DURATIONS})
+    chosen = (1.0 / finer, *LONGER) if cubic else DURATIONS
+    return tuple(sorted({round(duration * finer) for duration in chosen}))
 
 
-def make_motions(grid: StateGrid, trailer: Trailer, scale: float) -> Motions:
-    """Tabulate the steps of a normalised trailer; `scale` is a turning radius [m]."""
-    pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in step_multiples(grid)]
+def make_motions(
+    grid: StateGrid, trailer: Trailer, scale: float, multiples: tuple[int, ...]
+) -> Motions:
+    """Tabulate steps of a normalised trailer.
+
+    Args:
+        grid: Where they start.
+        trailer: Normalised.
+        scale: A turning radius [m].
+        multiples: Durations of each control, in angles between theta nodes.
+    """
+    pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in multiples]
     v, omega, multiples = (np.array(column) for column in zip(*pairs, strict=True))
     durations = multiples * grid.theta_step
     _, _, thetas, betas = grid.axes()

@@ -15,7 +15,7 @@ from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
 from sightfield.systems.numerics.planning.value_function.policy import roll_out
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.value_function.sweeps import make_motions
+from sightfield.systems.numerics.planning.value_function.sweeps import make_motions, step_multiples
 
 GOAL = Goal(state=(6.0, 3.0, 0.0, 0.0), tolerance=(0.4, 0.4, 0.55, 0.55))
 FIELD = [[-5, -5], [11, -5], [11, 11], [-5, 11]]
@@ -65,8 +65,9 @@ def test_no_wall_makes_a_way_shorter_than_a_cell_can_tell(solve, walled):
 def test_steps_are_shut_just_when_the_cart_would_overlap_a_wall():
     grid, cart = StateGrid.covering((-5, -5, 11, 11), 0.4), Trailer(hitch_offset=0.2)
     world, discs = make_world(FIELD, [WALL]), covering_discs(cart)
-    shut = shut_ways(grid, cart, make_walls(world, discs, grid), 1.0)
-    motions = make_motions(grid, cart, 1.0)
+    multiples = step_multiples(grid, cubic=False)
+    shut = shut_ways(grid, cart, make_walls(world, discs, grid), 1.0, multiples)
+    motions = make_motions(grid, cart, 1.0, multiples)
     axes, random = grid.axes(), np.random.default_rng(3)
     shut_count = 0
     for _ in range(400):

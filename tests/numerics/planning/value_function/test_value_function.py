@@ -153,11 +153,14 @@ def test_reverse_is_never_slower(solved):
 @pytest.mark.parametrize("step", [1.0, 0.4, 0.2, 0.125, 0.1, 0.05])
 def test_steps_begin_with_one_angle_and_reach_as_far_on_any_grid(step):
     grid = StateGrid.of_step(step)
-    multiples = step_multiples(grid)
+    multiples = step_multiples(grid, cubic=True)
     assert multiples[0] == 1
     assert all(np.diff(multiples) > 0)
     far = 6 * max(grid.theta_step, math.tau / 25)
     assert multiples[-1] * grid.theta_step == pytest.approx(far, abs=grid.theta_step / 2)
+    # Linear interpolation would pay for every one of many short steps.
+    least = step_multiples(grid, cubic=False)[0] * grid.theta_step
+    assert least == pytest.approx(far / 6, abs=grid.theta_step / 2)
 
 
 def test_scale_of_lengths_and_times_does_not_matter(solved):
