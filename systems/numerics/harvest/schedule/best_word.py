@@ -39,7 +39,7 @@ Visits = tuple[tuple[int, ...], tuple[bool, ...]]
 # Part of the best limit that a word must reach to grow on.
 _NEAR = 0.7
 # How many of the best words of each length are improved by small changes.
-_CHANGED = 3
+_CHANGED = 6
 # By which part of its limit a word must be better than another.
 _BETTER = 1e-9
 

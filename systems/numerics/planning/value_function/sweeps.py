@@ -65,7 +65,12 @@ class Motions(NamedTuple):
 
 
 def step_multiples(grid: StateGrid, *, cubic: bool) -> tuple[int, ...]:
-    """Durations of steps, in angles between theta nodes, for one of the two interpolations."""
+    """Durations of steps, in angles between theta nodes.
+
+    Args:
+        grid: For its angles.
+        cubic: Whether passes end with cubic interpolation.
+    """
     finer = max(1.0, grid.theta_count / THESIS_ANGLES)
     chosen = (1.0 / finer, *LONGER) if cubic else DURATIONS
     return tuple(sorted({round(duration * finer) for duration in chosen}))
@@ -83,8 +88,8 @@ def make_motions(
         multiples: Durations of each control, in angles between theta nodes.
     """
     pairs = [(v, omega, k) for v, omega in control_set(trailer) for k in multiples]
-    v, omega, multiples = (np.array(column) for column in zip(*pairs, strict=True))
-    durations = multiples * grid.theta_step
+    v, omega, angles = (np.array(column) for column in zip(*pairs, strict=True))
+    durations = angles * grid.theta_step
     _, _, thetas, betas = grid.axes()
     dx, dy = shift_of(thetas, v[:, None], omega[:, None], durations[:, None])
     x_cells, x_parts = _split(dx * scale / grid.step)
@@ -105,9 +110,9 @@ def make_motions(
         beta_cells[(np.abs(ends) > limit) | beyond] = -1
     return Motions(
         np.column_stack([v, omega]),
-        multiples,
+        angles,
         durations.astype(np.float32),
-        multiples * omega,
+        angles * omega,
         x_cells,
         x_parts,
         y_cells,
@@ -130,26 +135,37 @@ FAR = np.float32(1e12)
 LIMIT = np.float32(1e3)
 SIXTH = np.float32(1.0 / 6.0)
 ONE = np.float32(1.0)
-# How much the second differences of neighbours may differ where values are smooth
-# [1 / turn rate].
+# How much the second differences of neighbours may differ where values are smooth: by a factor, and
+# by a part on the thesis's grid [1 / turn rate].
 RATIO = np.float32(8.0)
-SLACK = np.float32(0.05)
+SLACK = 0.05
 
 
 @kernel
-def between(a, b, c, d, part):
+def slack_for(theta_count):
+    """By what second differences may differ: those of smooth values do by a cell squared.
+
+    Args:
+        theta_count: Nodes of the grid in theta.
+    """
+    finer = max(1.0, theta_count / THESIS_ANGLES)
+    return np.float32(SLACK / (finer * finer))
+
+
+@kernel
+def between(a, b, c, d, part, slack):
     """Limited cubic between b and c; a, b, c, d in a row, part in [0, 1) from b to c.
 
     A cubic is the straight line less a share of the second differences p and q at b and c. Beside
     a jump one of them is large and says nothing of the values between: it may exceed RATIO times
-    the other by SLACK at most. Clipped in each direction by itself: clipped to the eight corners of
-    a cell alone, times come out a tenth too short.
+    the other by `slack` at most. Clipped in each direction by itself: clipped to the eight corners
+    of a cell alone, times come out a tenth too short.
     """
     rest = ONE - part
     line = rest * b + part * c
     p = a - b - b + c
     q = b - c - c + d
-    bound = RATIO * min(abs(p), abs(q)) + SLACK
+    bound = RATIO * min(abs(p), abs(q)) + slack
     p = min(max(p, -bound), bound)
     q = min(max(q, -bound), bound)
     cubic = line - part * rest * SIXTH * ((rest + ONE) * p + (part + ONE) * q)
@@ -166,16 +182,17 @@ def blend(a, b, part, out):
 
 
 @kernel
-def blend_four(a, b, c, d, part, out):
+def blend_four(a, b, c, d, part, slack, out):
     """out = what is `between` b and c, all along four lines.
 
     Args:
         a, b, c, d: Neighbouring lines of values.
         part: How far from b to c, 0 to 1.
+        slack: See `slack_for`.
         out: To be filled.
     """
     for i in range(len(out)):
-        out[i] = between(a[i], b[i], c[i], d[i], part)
+        out[i] = between(a[i], b[i], c[i], d[i], part, slack)
 
 
 @kernel
@@ -188,10 +205,10 @@ def _take_linear(a, part, time, best):
 
 
 @kernel
-def _take_cubic(a, part, time, best):
+def _take_cubic(a, part, slack, time, best):
     """Best so far, or the cubic interpolation along x plus the time of the step."""
     for i in range(len(best)):
-        value = between(a[i], a[i + 1], a[i + 2], a[i + 3], part) + time
+        value = between(a[i], a[i + 1], a[i + 2], a[i + 3], part, slack) + time
         best[i] = value if value < best[i] else best[i]
 
 
@@ -208,6 +225,7 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
         best: Where the update goes, shape (n_beta, n).
     """
     theta_count, beta_count, n = table.shape
+    slack = slack_for(theta_count)
     margin = (np.abs(yc).max() + 3) * width + np.abs(xc).max() + 3
     plane = np.full(n + 2 * margin, FAR, dtype=np.float32)
     inner = plane[margin : margin + n]
@@ -225,16 +243,17 @@ def sweep_row(table, t, cubic, durations, turns, xc, xp, yc, yp, bc, bp, width, 
             foot = margin + yc[c, t] * width + xc[c, t]
             if cubic:
                 p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
-                blend_four(p0, p1, p2, p3, bp[c, b], inner)
+                blend_four(p0, p1, p2, p3, bp[c, b], slack, inner)
                 blend_four(
                     plane[foot - 1 - width :],
                     plane[foot - 1 :],
                     plane[foot - 1 + width :],
                     plane[foot - 1 + 2 * width :],
                     yp[c, t],
+                    slack,
                     line,
                 )
-                _take_cubic(line, xp[c, t], durations[c], best[b])
+                _take_cubic(line, xp[c, t], slack, durations[c], best[b])
             else:
                 blend(p1, p2, bp[c, b], inner)
                 blend(plane[foot:], plane[foot + width :], yp[c, t], line[: n + 1])
@@ -307,14 +326,14 @@ def _take_linear_known(values, known, part, time, shut, bit, best):
 
 
 @kernel
-def _take_cubic_known(line, values, known, part, time, shut, bit, best):
+def _take_cubic_known(line, values, known, part, slack, time, shut, bit, best):
     """The same, with the cubic instead of the mean where all of its nodes are reachable."""
     rest = ONE - part
     for i in range(len(best)):
         weight = rest * known[i] + part * known[i + 1]
         mean = (rest * values[i] + part * values[i + 1]) / max(weight, MAJORITY)
         mean = mean if weight >= MAJORITY else FAR
-        cubic = between(line[i], line[i + 1], line[i + 2], line[i + 3], part)
+        cubic = between(line[i], line[i + 1], line[i + 2], line[i + 3], part, slack)
         value = (cubic if cubic < LIMIT else mean) + time
         value = FAR if shut[i] & bit else value
         best[i] = value if value < best[i] else best[i]
@@ -329,6 +348,7 @@ def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc
         shut: Whether each control's way is shut, by bit, shape of the table.
     """
     theta_count, beta_count, n = table.shape
+    slack = slack_for(theta_count)
     margin = (np.abs(yc).max() + 3) * width + np.abs(xc).max() + 3
     values = np.zeros(n + 2 * margin, dtype=np.float32)
     known = np.zeros(n + 2 * margin, dtype=np.float32)
@@ -358,15 +378,24 @@ def sweep_walled_row(table, t, cubic, shut, durations, turns, xc, xp, yc, yp, bc
                 )
                 continue
             p0, p3 = source[(k - 1) % beta_count], source[(k + 2) % beta_count]
-            blend_four(p0, p1, p2, p3, bp[c, b], plane[margin:end])
+            blend_four(p0, p1, p2, p3, bp[c, b], slack, plane[margin:end])
             blend_four(
                 plane[foot - 1 - width :],
                 plane[foot - 1 :],
                 plane[foot - 1 + width :],
                 plane[foot - 1 + 2 * width :],
                 yp[c, t],
+                slack,
                 line,
             )
             _take_cubic_known(
-                line, value_line, known_line, xp[c, t], durations[c], shut[t, b], bit, best[b]
+                line,
+                value_line,
+                known_line,
+                xp[c, t],
+                slack,
+                durations[c],
+                shut[t, b],
+                bit,
+                best[b],
             )

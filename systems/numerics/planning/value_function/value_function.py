@@ -27,7 +27,7 @@ from .known_words import (
     word_of_three_arcs,
 )
 from .obstacles import Walls
-from .sweeps import FAR, between
+from .sweeps import FAR, between, slack_for
 
 # A state this near to the mirror axis, or to heading along it, counts as on it.
 _ON_AXIS = 1e-9
@@ -59,6 +59,7 @@ def _look_up(table, x_min, y_min, step, states, out, spreads):
     parts = np.empty(4, dtype=np.float32)
     values = np.empty((4, 4, 4, 4), dtype=np.float32)
     nodes = np.empty((4, 4), dtype=np.int64)
+    slack = slack_for(theta_count)
     for s in range(len(states)):
         x = (states[s, 0] - x_min) / step
         y = (states[s, 1] - y_min) / step
@@ -75,7 +76,7 @@ def _look_up(table, x_min, y_min, step, states, out, spreads):
         parts[3] = _place(x, x_count, False, nodes[3])
         spreads[s] = _gather(table, nodes, parts, values)
         if spreads[s] < np.inf:
-            out[s] = _interpolate(parts, values)
+            out[s] = _interpolate(parts, slack, values)
 
 
 @kernel
@@ -119,20 +120,20 @@ def _gather(table, nodes, parts, values):
 
 
 @kernel
-def _interpolate(parts, values):
+def _interpolate(parts, slack, values):
     """Limited cubic in beta, y, x, theta in turn, into the first of the values."""
     for a in range(4):
         for c in range(4):
             for d in range(4):
                 v = values[a, :, c, d]
-                v[0] = between(v[0], v[1], v[2], v[3], parts[1])
+                v[0] = between(v[0], v[1], v[2], v[3], parts[1], slack)
         for d in range(4):
             v = values[a, 0, :, d]
-            v[0] = between(v[0], v[1], v[2], v[3], parts[2])
+            v[0] = between(v[0], v[1], v[2], v[3], parts[2], slack)
         v = values[a, 0, 0]
-        v[0] = between(v[0], v[1], v[2], v[3], parts[3])
+        v[0] = between(v[0], v[1], v[2], v[3], parts[3], slack)
     v = values[:, 0, 0, 0]
-    return between(v[0], v[1], v[2], v[3], parts[0])
+    return between(v[0], v[1], v[2], v[3], parts[0], slack)
 
 
 @kernel

@@ -14,7 +14,11 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.policy import attained_times
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
-from sightfield.systems.numerics.planning.value_function.sweeps import step_multiples
+from sightfield.systems.numerics.planning.value_function.sweeps import (
+    between,
+    slack_for,
+    step_multiples,
+)
 
 # Least times of the thesis's case, by multiple shooting from every Dubins word.
 THESIS_CASE = 4.3476
@@ -161,6 +165,17 @@ def test_steps_begin_with_one_angle_and_reach_as_far_on_any_grid(step):
     # Linear interpolation would pay for every one of many short steps.
     least = step_multiples(grid, cubic=False)[0] * grid.theta_step
     assert least == pytest.approx(far / 6, abs=grid.theta_step / 2)
+
+
+@pytest.mark.parametrize(
+    ("angles", "dip"), [(12, 0.05), (25, 0.05), (50, 0.05 / 4), (100, 0.05 / 16)]
+)
+def test_beside_a_jump_a_cubic_dips_by_no_more_than_smooth_values_would(angles, dip):
+    # Second differences of 0 and 8 on either side; smooth ones are alike but for a cell squared.
+    middle = between(0.0, -1.0, -2.0, 5.0, 0.5, slack_for(angles))
+    assert middle == pytest.approx(-1.5 - dip / 16, abs=1e-7)
+    smooth = [0.01 * k**2 for k in range(-1, 3)]
+    assert between(*smooth, 0.5, slack_for(angles)) == pytest.approx(0.01 * 0.25)
 
 
 def test_scale_of_lengths_and_times_does_not_matter(solved):
