@@ -396,7 +396,7 @@ def refine(start, controls, times, count, total, aim, rounds, most):
     """Put more switches into a word of few arcs, as long as they save time.
 
     Args:
-        start, controls, times, count, aim: See `shorten`; the word is to be shortened already.
+        start, controls, times, count, aim: See `shorten`; the word is shortened and merged already.
         total: Its duration.
         rounds: How often, at most.
         most: Most arcs that the word may have afterwards.
