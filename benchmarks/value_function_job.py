@@ -15,6 +15,7 @@ import time
 
 import numpy as np
 
+from sightfield.systems.numerics.planning.arc_words.words import control_set
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid, is_mirrored
@@ -62,7 +63,7 @@ def main() -> None:
             "megabytes_before": before,
             "nodes": math.prod(grid.shape),
             "computed_nodes": math.prod(grid.shape) // theta_count * rows,
-            "controls": 3 * len(step_multiples(grid, cubic=True)),
+            "controls": len(control_set(Trailer())) * len(step_multiples(grid, cubic=POLISH > 0)),
             "polish": POLISH,
             "warnings": list(value.warnings),
         },

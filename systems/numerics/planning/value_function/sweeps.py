@@ -20,6 +20,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba.extending import register_jitable
 
 from ...compiled import compiled, kernel
 from ..arc_words.words import control_set
@@ -27,12 +28,12 @@ from ..held_controls import hold_beta, shift_of
 from ..trailer import Trailer
 from .grid import THESIS_ANGLES, StateGrid
 
-# Durations of the steps, in angles between theta nodes of the thesis's grid. Finer grids have them
-# too: each step adds an error of interpolation, which with linear interpolation is the larger one.
-DURATIONS = (1.0, 1.5, 2.0, 3.0, 6.0)
-# The longer ones of cubic interpolation: there the shortest is one angle of any grid, since
-# controls change more often than the thesis's angles allow.
+# Durations of long steps, in angles between theta nodes of the thesis's grid. Finer grids have them
+# too: each step adds an error of interpolation.
 LONGER = (2.0, 3.0, 6.0)
+# Shorter ones, with linear interpolation, whose error is the larger one. With cubics the shortest
+# step is one angle of any grid, since controls change more often than the thesis's angles allow.
+SHORTER = (1.0, 1.5)
 # A foot point this near to a node, in cells, is on it.
 SNAP = 1e-4
 
@@ -71,9 +72,15 @@ def step_multiples(grid: StateGrid, *, cubic: bool) -> tuple[int, ...]:
         grid: For its angles.
         cubic: Whether passes end with cubic interpolation.
     """
-    finer = max(1.0, grid.theta_count / THESIS_ANGLES)
-    chosen = (1.0 / finer, *LONGER) if cubic else DURATIONS
-    return tuple(sorted({round(duration * finer) for duration in chosen}))
+    finer = _fineness(grid.theta_count)
+    shorter = (1.0 / finer,) if cubic else SHORTER
+    return tuple(sorted({round(duration * finer) for duration in (*shorter, *LONGER)}))
+
+
+@register_jitable
+def _fineness(theta_count):
+    """How many times finer angles are than the thesis's, at least 1."""
+    return max(1.0, theta_count / THESIS_ANGLES)
 
 
 def make_motions(
@@ -148,8 +155,7 @@ def slack_for(theta_count):
     Args:
         theta_count: Nodes of the grid in theta.
     """
-    finer = max(1.0, theta_count / THESIS_ANGLES)
-    return np.float32(SLACK / (finer * finer))
+    return np.float32(SLACK / _fineness(theta_count) ** 2)
 
 
 @kernel

@@ -71,6 +71,19 @@ def test_words_take_as_little_time_as_a_general_solver_finds(trailer):
     assert max(later) < 5e-3
 
 
+def least_change_by_highs(slopes, gaps, times, widths, longest):
+    """The change of durations that saves the most and ends in a box, by another solver."""
+    high, low = np.maximum(widths - gaps, 0), np.minimum(-widths - gaps, 0)
+    rows, bounds = np.vstack([slopes[:4], -slopes[:4]]), np.append(high, -low)
+    known = np.isfinite(bounds)
+    return linprog(
+        np.ones(len(times)),
+        A_ub=rows[known],
+        b_ub=bounds[known],
+        bounds=[(max(-time, -longest), longest) for time in times],
+    )
+
+
 def test_changes_solve_their_linear_programme():
     rng = np.random.default_rng(9)
     solved = 0
@@ -84,15 +97,7 @@ def test_changes_solve_their_linear_programme():
         found = linear_steps._best_change(
             slopes, gaps, times, longest, count, widths, *work, change
         )
-        high, low = np.maximum(widths - gaps, 0), np.minimum(-widths - gaps, 0)
-        rows, bounds = np.vstack([slopes[:4], -slopes[:4]]), np.append(high, -low)
-        known = np.isfinite(bounds)
-        expected = linprog(
-            np.ones(count),
-            A_ub=rows[known],
-            b_ub=bounds[known],
-            bounds=[(max(-time, -longest), longest) for time in times],
-        )
+        expected = least_change_by_highs(slopes, gaps, times, widths, longest)
         assert found == expected.success
         if found:
             assert change.sum() == pytest.approx(expected.fun, abs=1e-6)
@@ -115,12 +120,7 @@ def test_what_more_switches_promise_is_bounded_by_prices_of_few_columns():
         many = linear_steps._with_more_switches(controls, times, few, box.pairs, more, more_times)
         gaps, slopes = np.empty(4), np.empty((5, many))
         linear_steps._ends(start, more, more_times, many, box, np.empty(5), gaps, slopes)
-        expected = linprog(
-            np.ones(many),
-            A_ub=np.vstack([slopes[:4], -slopes[:4]]),
-            b_ub=np.append(np.maximum(box.widths - gaps, 0), np.maximum(box.widths + gaps, 0)),
-            bounds=[(max(-time, -0.5), 0.5) for time in more_times[:many]],
-        )
+        expected = least_change_by_highs(slopes, gaps, more_times[:many], box.widths, 0.5)
         kept, bound = linear_steps._keep_cheap(start, more, more_times, many, few, box)
         assert more_times[:kept].sum() == pytest.approx(times[:few].sum())
         bounds.append(bound)
