@@ -148,13 +148,17 @@ def deepest_overlap(world: World, discs: Discs, states: np.ndarray) -> float:
         discs: What the vehicle covers.
         states: x, y, theta, beta, shape (n, 4) [m], [m], [rad], [rad].
     """
+    return float(_depths(world, discs, states).max())
+
+
+def _depths(world: World, discs: Discs, states: np.ndarray) -> np.ndarray:
+    """Depth of the deepest disc in a wall at each pose, shape (n,) [m]."""
     poses = np.asarray(states, dtype=float).T
-    return float(
-        max(
-            discs.radii[k] - signed_distance(world, np.stack(discs.centre(k, poses), axis=1)).min()
-            for k in range(len(discs))
-        )
-    )
+    depths = [
+        discs.radii[k] - signed_distance(world, np.stack(discs.centre(k, poses), axis=1))
+        for k in range(len(discs))
+    ]
+    return np.max(depths, axis=0)
 
 
 # Longest way from one look at a path to the next, in turning radii and in radii of the smallest
@@ -163,8 +167,10 @@ def deepest_overlap(world: World, discs: Discs, states: np.ndarray) -> float:
 _LOOK_OF_TURN, _LOOK_OF_DISC = 0.01, 0.05
 
 
-def path_overlap(world: World, discs: Discs, path: TrailerPath, trailer: Trailer) -> float:
-    """Largest depth of a disc in a wall along a path; negative: the least free distance [m].
+def overlaps_along(
+    world: World, discs: Discs, path: TrailerPath, trailer: Trailer
+) -> tuple[np.ndarray, np.ndarray]:
+    """Depths of the deepest disc in a wall along a path; negative: the least free distance.
 
     It is looked at along the arcs that are driven: a chord of a turn leaves out what the turn
     sweeps on its outer side.
@@ -174,11 +180,23 @@ def path_overlap(world: World, discs: Discs, path: TrailerPath, trailer: Trailer
         discs: What the vehicle covers.
         path: Its samples may be far apart.
         trailer: That drives it.
+
+    Returns:
+        Times, among them those of the path, and depths, shape (m,) [s], [m].
     """
     turning = _LOOK_OF_TURN / trailer.turn_rate
     passing = _LOOK_OF_DISC * min(discs.radii) / trailer.speed
     fine = refined_path(path, trailer, min(turning, passing))
-    return deepest_overlap(world, discs, fine.states)
+    return fine.times, _depths(world, discs, fine.states)
+
+
+def path_overlap(world: World, discs: Discs, path: TrailerPath, trailer: Trailer) -> float:
+    """Largest depth of a disc in a wall along a path; negative: the least free distance [m].
+
+    Args:
+        world, discs, path, trailer: As for `overlaps_along`.
+    """
+    return float(overlaps_along(world, discs, path, trailer)[1].max())
 
 
 def require_clear_ends(world: World, discs: Discs, start: Sequence[float], goal: Goal) -> None:

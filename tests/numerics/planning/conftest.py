@@ -49,6 +49,17 @@ def standing_rows():
 
 
 @pytest.fixture(scope="session")
+def gap_world():
+    """Two rooms and a gap of 0.55 between them, 0.4 long; a cart is half a metre wide."""
+    return make_world(
+        [
+            *[(0, 0), (4, 0), (4, 3), (4.4, 3), (4.4, 0), (9, 0)],
+            *[(9, 7), (4.4, 7), (4.4, 3.55), (4, 3.55), (4, 7), (0, 7)],
+        ]
+    )
+
+
+@pytest.fixture(scope="session")
 def depth_in_walls():
     """How deep the discs of a cart reach out of a world, anywhere on a path driven from its start.
 

@@ -14,12 +14,11 @@ from ..footprint import Discs, covering_discs, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
+from .kept_clear import best_kept_clear
 from .problem import (
-    ACCEPTED_OVERLAP,
     INTERVALS_PER_ARC,
     Attempt,
     Problem,
-    kept_clear,
     resampled,
     split_into_arcs,
     with_placed_switches,
@@ -89,26 +88,33 @@ def plan_by_casadi(
         attempts += _from_words(problem)
     found = [each for each in attempts if each.is_path]
     notes: dict[str, object] = {"seeds": len(attempts), "converged_seeds": len(found)}
-    if not found:
+    iterations = sum(each.iterations for each in attempts)
+    clear = True
+    if obstacles is not None:
+        # Paths that are given may be nearly clear, and elsewhere than where the spline leads them.
+        given = [Attempt(each, math.inf, "as given", 0) for each in seeds or []]
+        kept, more = best_kept_clear(problem, [*attempts, *given])
+        best = None if kept is None else kept.attempt
+        iterations += more
+        if kept is not None:
+            notes["overlap"] = max(kept.overlap, 0.0)
+            clear = kept.is_clear(problem)
+    else:
+        better = with_placed_switches(problem, found) if found else []
+        iterations += sum(each.iterations for each in better)
+        paths = [*found, *(each for each in better if each.is_path)]
+        best = min(paths, key=lambda a: a.rank, default=None)
+    if best is None:
         return Plan(
             method=METHOD,
             goal=goal,
             status=_commonest([each.status for each in attempts]),
             converged=False,
-            iterations=sum(each.iterations for each in attempts),
+            iterations=iterations,
             residual=min((each.violation for each in attempts), default=math.inf),
             wall_time=perf_counter() - began,
             notes=notes,
         )
-    if obstacles is None:
-        better = with_placed_switches(problem, found)
-        best = min([*found, *(each for each in better if each.is_path)], key=lambda a: a.rank)
-        clear = True
-    else:
-        better, overlap = kept_clear(problem, min(found, key=lambda a: a.rank))
-        best = better[-1]
-        notes["overlap"] = overlap
-        clear = overlap <= ACCEPTED_OVERLAP * trailer.length
     return Plan(
         method=METHOD,
         goal=goal,
@@ -116,7 +122,7 @@ def plan_by_casadi(
         converged=best.status == "optimal" and clear,
         time=best.time,
         path=best.path,
-        iterations=sum(each.iterations for each in [*attempts, *better]),
+        iterations=iterations,
         residual=best.violation,
         wall_time=perf_counter() - began,
         notes=notes,

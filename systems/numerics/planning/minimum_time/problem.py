@@ -14,12 +14,16 @@ from ...geometry.world import World
 from ..arc_words.quickest import ArcWord
 from ..arc_words.shortened import end_of, is_steady
 from ..arc_words.words import normalised
-from ..footprint import Discs, path_overlap
+from ..footprint import Discs
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer
-from .programme import Programme, clearance_field, minimum_time_programme
+from .clearance import DistanceSpline, FacedWalls, distance_spline, faced_walls
+from .programme import minimum_time_programme
 
+# Way from one look at the walls to the next, in radii of the smallest disc, and how many looks
+# there are in each interval.
+LOOK, FEWEST_LOOKS, MOST_LOOKS = 0.3, 2, 6
 # The sign of a control that is not held at a bound.
 FREE = 0
 
@@ -146,55 +150,110 @@ class Problem:
     obstacles: World | None = None
     discs: Discs | None = None
 
-    def programme(self, intervals: int, arcs: int) -> Programme:
-        """The programme of this kind of problem; from the cache, if there was one before.
+    def solve(self, guess: Guess) -> Attempt:
+        """Run the solver from a guess; among walls by the spline, which is smooth but not exact.
 
         Args:
-            intervals: Of each arc.
-            arcs: How many.
+            guess: Where to begin; it may lead through walls.
         """
-        field = None
-        if self.obstacles is not None and self.discs is not None:
-            field = clearance_field(self.obstacles, self.discs)
-        cart = replace(normalised(self.trailer), reverse=False, jackknife=math.pi)
-        radius = self.trailer.speed / self.trailer.turn_rate if field else 1.0
-        return minimum_time_programme(cart, intervals, self.max_iterations, arcs, field, radius)
+        if self.obstacles is None or self.discs is None:
+            return self._solved(guess, None, np.zeros(0), np.zeros((1, 1)))
+        room = distance_spline(self.obstacles, self.discs, self.radius)
+        return self._solved(guess, room, np.array(self.goal.state[:3]), np.zeros((1, 1)))
 
-    def solve(self, guess: Guess, margin: float = 0.0) -> Attempt:
-        """Run the solver from a guess, keeping a margin from walls at the nodes [m].
+    def solve_beside_walls(self, guess: Guess, margins: np.ndarray, reach: float) -> Attempt:
+        """Run the solver with the exact distances from the walls that a guess faces.
+
+        Args:
+            guess: One arc, nearly clear of walls.
+            margins: To keep off walls in each interval, shape (n,) [m].
+            reach: How far a state may be from that of the guess [m]; in its angles, by so much that
+                the trailer swings as far.
+        """
+        world, discs = self.obstacles, self.discs
+        assert world is not None
+        assert discs is not None
+        n = len(guess.controls)
+        step = float(guess.durations[0]) / n
+        way = self.trailer.speed * step / (LOOK * min(discs.radii))
+        looks = int(np.clip(math.ceil(way), FEWEST_LOOKS, MOST_LOOKS))
+        nodes = np.arange(n + 1)
+        begins = nodes[:-1] + np.arange(looks)[:, None] / looks
+        states = columns_at(np.append(begins.ravel(), n), nodes, guess.states)
+        walls = faced_walls(world, discs, states)
+        ends = np.zeros((*walls.shape[:-1], 2, 4))
+        ends[..., :2] = walls.reshape(*walls.shape[:-1], 2, 2)
+        local = self.goal.to_frame(ends)[..., :2] / self.radius
+        # At a node, the larger margin of the intervals on its sides.
+        least = np.tile(margins, (looks, 1))
+        least[0, 1:] = np.maximum(margins[1:], margins[:-1])
+        # Where it starts is not for the solver to choose.
+        least[0, 0] = -np.inf
+        floors = np.append(least.ravel(), margins[-1])[:, None]
+        room = FacedWalls(discs, self.radius, looks)
+        turn = reach / (discs.length + abs(discs.hitch_offset))
+        near = np.array([reach, reach, turn, turn])
+        return self._solved(guess, room, local.ravel(), floors, near)
+
+    @property
+    def radius(self) -> float:
+        """Of the tightest turn at full speed [m]."""
+        return self.trailer.speed / self.trailer.turn_rate
+
+    def _solved(
+        self,
+        guess: Guess,
+        room: DistanceSpline | FacedWalls | None,
+        around: np.ndarray,
+        floors: np.ndarray,
+        near: np.ndarray | None = None,
+    ) -> Attempt:
+        """Run the solver; free distances at each place are at least its floor, shape (m, 1) [m].
+
+        If given, states stay so near to those of the guess, shape (4,) [m], [m], [rad], [rad].
 
         It works in the goal's own frame, where the box bounds each entry by itself, with lengths
         in turning radii, so that far goals and slow carts are as well scaled as others.
         """
-        rate, radius = self.trailer.turn_rate, self.trailer.speed / self.trailer.turn_rate
+        rate, radius = self.trailer.turn_rate, self.radius
         units, bounds = np.array([radius, radius, 1.0, 1.0]), [self.trailer.speed, rate]
         guess = replace(guess, states=self.goal.to_frame(guess.states))
         n, arcs = len(guess.controls), len(guess.durations)
-        programme = self.programme(n, arcs)
+        cart = replace(normalised(self.trailer), reverse=False, jackknife=math.pi)
+        programme = minimum_time_programme(cart, n, self.max_iterations, arcs, room)
         low, high = self._state_bounds(guess)
+        if near is not None:
+            low[1:] = np.minimum(np.maximum(low[1:], guess.states[1:] - near), high[1:])
+            high[1:] = np.maximum(np.minimum(high[1:], guess.states[1:] + near), low[1:])
         slowest, fastest = self._control_bounds(guess)
 
-        def joined(states, controls, durations):
-            scaled = (states / units).ravel(), (controls / bounds).ravel(), durations * rate
-            return np.concatenate(scaled)
+        # Beside walls an overlap is allowed at a price: then the solver has no need to restore it.
+        spare = 1 if isinstance(room, FacedWalls) else 0
 
-        lbx = joined(low, slowest, np.zeros(arcs))
-        ubx = joined(high, fastest, np.full(arcs, np.inf))
+        def joined(states, controls, durations, overlap):
+            scaled = (states / units).ravel(), (controls / bounds).ravel(), durations * rate
+            return np.concatenate([*scaled, np.full(spare, overlap / radius)])
+
+        lbx = joined(low, slowest, np.zeros(arcs), 0.0)
+        ubx = joined(high, fastest, np.full(arcs, np.inf), np.inf)
         # On long trips the time weighs less: else the solver's first step shortens a guess that
         # almost arrives until it ends far from the goal.
         weight = 1.0 / max(1.0, float(guess.durations.sum()) * rate)
-        defects, clearances = 4 * n, programme.discs * (n + 1)
-        first = joined(guess.states, guess.controls, guess.durations)
+        defects = 4 * n
+        least = np.broadcast_to(floors, (programme.places, programme.clearances)).ravel()
+        first = joined(guess.states, guess.controls, guess.durations, ACCEPTED_SHARE * radius)
         answer = programme.solver(
             x0=np.clip(first, lbx, ubx),
             lbx=lbx,
             ubx=ubx,
-            p=[weight, *(self.goal.state[:3] if programme.discs else [])],
-            lbg=np.append(np.zeros(defects), np.full(clearances, margin)),
-            ubg=np.append(np.zeros(defects), np.full(clearances, np.inf)),
+            p=np.append(weight, around),
+            lbg=np.append(np.zeros(defects), least),
+            ubg=np.append(np.zeros(defects), np.full(len(least), np.inf)),
         )
         values, constraints = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
-        states, controls, durations = np.split(values, [4 * n + 4, 6 * n + 4])
+        parts = np.cumsum([4 * n + 4, 2 * n, arcs])
+        states, controls, durations, overlap = np.split(values, parts)
+        rooms = constraints[defects:] - radius * overlap.sum()
         controls = controls.reshape(-1, 2) * bounds
         steps = np.repeat(np.maximum(durations, 0.0) / rate * arcs / n, n // arcs)
         driven = ArcWord(controls, steps)
@@ -202,7 +261,7 @@ class Problem:
         steady = np.isfinite(end).all() and is_steady(self.trailer, self.start, driven, self.goal)
         violation = max(
             float((np.abs(constraints[:defects].reshape(-1, 4)) * units).max()),
-            float((margin - constraints[defects:]).max(initial=0.0)),
+            float((least - rooms).max(initial=0.0)),
             float(np.maximum(lbx - values, values - ubx).max()) * max(1.0, *bounds, radius),
             max(self.goal.miss(end)) if steady else math.inf,
         )
@@ -292,10 +351,6 @@ MOST_ARCS = 10
 # Solutions that take at most this many times the least time get their switches placed: equal
 # intervals cost up to a hundredth of the time, so that the second best may be the best.
 NEAR_BEST = 1.01
-# Overlap with a wall above which a path is pushed away, and how often; and the deepest overlap that
-# counts as none where that does not help. Overlaps are relative to the trailer's length.
-_CLEAR, _MOST_PUSHES = 1e-5, 4
-ACCEPTED_OVERLAP = 1e-3
 
 
 def near_best(found: list[Attempt]) -> list[Attempt]:
@@ -320,30 +375,3 @@ def with_placed_switches(problem: Problem, found: list[Attempt]) -> list[Attempt
         if len(guess.durations) <= MOST_ARCS and freedom >= exact_goals:
             better.append(problem.solve(guess))
     return better
-
-
-def kept_clear(problem: Problem, best: Attempt) -> tuple[list[Attempt], float]:
-    """Solve again with twice as many nodes, and margins as large as the overlaps between them.
-
-    Returns:
-        What was found on the way, the last one being the clearest, and its overlap [m].
-    """
-    world, discs = problem.obstacles, problem.discs
-    assert world is not None
-    assert discs is not None
-
-    def overlap_of(attempt: Attempt) -> float:
-        return path_overlap(world, discs, attempt.path, problem.trailer)
-
-    intervals = 2 * len(best.path.controls)
-    found, margin, overlap = [best], 0.0, overlap_of(best)
-    for _ in range(_MOST_PUSHES):
-        if overlap <= _CLEAR * problem.trailer.length:
-            break
-        pushed = problem.solve(resampled(found[-1].path, intervals), margin)
-        if not pushed.is_path:
-            break
-        found.append(pushed)
-        overlap = overlap_of(pushed)
-        margin += max(overlap, 0.0)
-    return found, max(overlap, 0.0)

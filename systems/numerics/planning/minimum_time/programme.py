@@ -4,78 +4,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import casadi as ca
-import numpy as np
 
-from ...geometry.world import World
 from ..arc_words.shortened import SETTLED
-from ..footprint import Discs, signed_distance
 from ..trailer import Trailer
-
-# Nodes of the spline along the longer side of the world.
-SPLINE_NODES = 120
-
-
-@dataclass(frozen=True, eq=False)
-class ClearanceField:
-    """Signed distance to the nearest obstacle or boundary, minus each disc's radius.
-
-    A cubic spline through exact distances at the nodes of a grid: smooth, and exact along straight
-    walls; where two walls are equally near it is off by a fraction of the grid's spacing, so paths
-    are checked against the polygons themselves afterwards.
-
-    Attributes:
-        discs: What covers the vehicle.
-        spline: Function from (x, y) [m] to signed distance, positive in free space [m].
-        spacing: Of its grid [m].
-    """
-
-    discs: Discs
-    spline: ca.Function
-    spacing: float
-
-    def function(self) -> ca.Function:
-        """From a state to the free distance around each disc, negative: an overlap [m].
-
-        The state is in a frame whose pose in the world is the second argument.
-        """
-        state, pose = ca.MX.sym("state", 4), ca.MX.sym("pose", 3)
-        places = [self._place(k)(state, pose) for k in range(len(self.discs))]
-        free = [
-            self.spline(place) - radius
-            for place, radius in zip(places, self.discs.radii, strict=True)
-        ]
-        return ca.Function("free", [state, pose], [ca.vertcat(*free)])
-
-    def _place(self, k: int) -> ca.Function:
-        """From a state and a pose to the centre of a disc in the world [m].
-
-        In scalars, which are quicker to evaluate than the matrices that the spline needs.
-        """
-        state, pose = ca.SX.sym("state", 4), ca.SX.sym("pose", 3)
-        c, s = ca.cos(pose[2]), ca.sin(pose[2])
-        x, y = self.discs.centre(k, state, ca.cos, ca.sin)
-        place = ca.vertcat(pose[0] + c * x - s * y, pose[1] + s * x + c * y)
-        return ca.Function("place", [state, pose], [place])
-
-
-@lru_cache(maxsize=8)
-def clearance_field(world: World, discs: Discs) -> ClearanceField:
-    """Sample the distance to a world's polygons on a grid that reaches beyond the boundary."""
-    low, high = world.bounds[:2], world.bounds[2:]
-    spacing = float((high - low).max()) / SPLINE_NODES
-    # A seed may leave the world; a spline must not be asked beyond its grid.
-    margin = 0.25 * float((high - low).max())
-    x, y = (
-        np.arange(a - margin, b + margin + spacing, spacing) for a, b in zip(low, high, strict=True)
-    )
-    points = np.stack([each.ravel() for each in np.meshgrid(x, y)], axis=1)
-    distance = signed_distance(world, points)
-    spline = ca.interpolant("distance", "bspline", [x.tolist(), y.tolist()], distance.tolist())
-    return ClearanceField(discs, spline, spacing)
-
+from .clearance import FACED, DistanceSpline, FacedWalls
 
 # Square of a phase below which its series is taken; the next term is lost in rounding.
 _SMALL = 1e-4
+# What an overlap of a turning radius costs beside walls [1 / turn rate]: more than it saves.
+PENALTY = 1e3
 # The solver stops when the constraints and the conditions of optimality hold this well.
 TOLERANCE = 1e-9
 
@@ -89,9 +26,12 @@ class Programme:
     """A compiled programme, in turning radii and 1 / turn rate.
 
     Its variables are the states, node by node, then the controls (v, omega), interval by interval,
-    then the durations of the arcs. Its constraints are that each interval ends where the next
-    begins, then the free distance around each disc at each node [m]. Its parameters are the weight
-    of time and, with obstacles, the pose in the world of the frame that the states are in.
+    then the durations of the arcs; and beside walls last the overlap that is allowed, at a price.
+    Its constraints are that each interval ends where the next begins, then the free distances at
+    each place that is looked at [m]: first where the intervals begin, then at each further look
+    into them, and last at the end. Its parameters are the weight of time and, with obstacles, the
+    pose in the world of the frame that the states are in, or the walls that are faced at each of
+    these places.
 
     Within an interval the controls are constant, so that its end is known in closed form: there is
     no mesh that a short trailer or a far goal would have to refine.
@@ -100,13 +40,20 @@ class Programme:
         solver: What solves it; arguments as those of `casadi.nlpsol`.
         intervals: Number of intervals, n.
         arcs: Number of arcs, each of n / arcs intervals.
-        discs: Number of discs.
+        clearances: Number of free distances at each place.
+        looks: Places in each interval.
     """
 
     solver: ca.Function
     intervals: int
     arcs: int
-    discs: int
+    clearances: int
+    looks: int
+
+    @property
+    def places(self) -> int:
+        """Number of places that are looked at."""
+        return self.looks * self.intervals + 1
 
 
 @lru_cache(maxsize=32)
@@ -115,8 +62,7 @@ def minimum_time_programme(
     intervals: int,
     max_iterations: int,
     arcs: int = 1,
-    field: ClearanceField | None = None,
-    radius: float = 1.0,
+    room: DistanceSpline | FacedWalls | None = None,
 ) -> Programme:
     """Build the programme, once per set of arguments.
 
@@ -126,8 +72,7 @@ def minimum_time_programme(
         max_iterations: Of the solver.
         arcs: How many parts of the path have a duration of their own; the intervals of each are
             equally long.
-        field: The free distance around the discs that cover the vehicle, if there are obstacles.
-        radius: Of its tightest turn, where the obstacles are [m].
+        room: The free distances around the discs that cover the vehicle, if there are obstacles.
     """
     state, control = ca.SX.sym("state", 4), ca.SX.sym("control", 2)
     step = ca.SX.sym("step")
@@ -141,15 +86,30 @@ def minimum_time_programme(
     steps = ca.vec(ca.repmat(durations.T / each, each, 1)).T
     ends = advance.map(intervals)(states[:, :-1], controls, steps)
     constraints = [ca.vec(states[:, 1:] - ends)]
-    weight, pose = ca.MX.sym("weight"), ca.MX.sym("pose", 0 if field is None else 3)
-    if field is not None:
-        distances = field.function().map(intervals + 1)
-        metres = ca.diag(ca.DM([radius, radius, 1.0, 1.0])) @ states
-        constraints.append(ca.vec(distances(metres, ca.repmat(pose, 1, intervals + 1))))
+    weight, looks, clearances = ca.MX.sym("weight"), 1, 0
+    slack = ca.MX.sym("nothing", 0)
+    if isinstance(room, DistanceSpline):
+        clearances = len(room.discs)
+        around = ca.MX.sym("pose", 3)
+        distances = room.function().map(intervals + 1)
+        constraints.append(ca.vec(distances(states, ca.repmat(around, 1, intervals + 1))))
+    elif isinstance(room, FacedWalls):
+        looks, clearances = room.looks, FACED * len(room.discs)
+        around = ca.MX.sym("walls", 4, clearances * (looks * intervals + 1))
+        between = [
+            advance.map(intervals)(states[:, :-1], controls, steps * (look / looks))
+            for look in range(1, looks)
+        ]
+        places = ca.horzcat(states[:, :-1], *between, states[:, -1])
+        distances = room.function().map(looks * intervals + 1)
+        slack = ca.MX.sym("slack")
+        constraints.append(ca.vec(distances(places, around)) + room.radius * slack)
+    else:
+        around = ca.MX.sym("nothing", 0)
     options = {
         "print_time": False,
         # Splines cannot be written out in scalars.
-        "expand": field is None,
+        "expand": not isinstance(room, DistanceSpline),
         "ipopt": {
             "print_level": 0,
             "sb": "yes",
@@ -160,13 +120,13 @@ def minimum_time_programme(
         },
     }
     programme = {
-        "x": ca.vertcat(ca.vec(states), ca.vec(controls), durations),
-        "p": ca.vertcat(weight, pose),
-        "f": weight * ca.sum1(durations),
+        "x": ca.vertcat(ca.vec(states), ca.vec(controls), durations, slack),
+        "p": ca.vertcat(weight, ca.vec(around)),
+        "f": weight * (ca.sum1(durations) + PENALTY * ca.sum1(slack)),
         "g": ca.vertcat(*constraints),
     }
     solver = ca.nlpsol("minimum_time", "ipopt", programme, options)
-    return Programme(solver, intervals, arcs, 0 if field is None else len(field.discs))
+    return Programme(solver, intervals, arcs, clearances, looks)
 
 
 def _advanced(state, control, step, trailer: Trailer):

@@ -15,12 +15,17 @@ from ..plan import TrailerPath
 from ..trailer import Trailer, trailer_rates
 from .problem import Problem
 
-# Routes keep this many times the clearance away, so that the solver starts in free space.
-_EXTRA = 1.1
+# Routes keep this many times the clearance away, so that the solver starts in free space; and those
+# through passages that are too narrow for that.
+_EXTRA, _TIGHT = 1.1, 1.02
 
 
 def detours(
-    world: World, clearance: float, start: Sequence[float], end: Sequence[float]
+    world: World,
+    clearance: float,
+    start: Sequence[float],
+    end: Sequence[float],
+    extra: float = _EXTRA,
 ) -> list[np.ndarray]:
     """Routes along corners of the obstacles, the shortest first.
 
@@ -32,18 +37,21 @@ def detours(
         clearance: Least distance from them [m]; less where the ends are nearer.
         start: x, y [m].
         end: x, y [m].
+        extra: How many times the clearance routes keep from obstacles at their corners.
 
     Returns:
         Polylines from start to end, shape (n, 2) each; empty if there is no way.
     """
-    free = world.polygon.buffer(-_EXTRA * clearance, join_style="mitre")
+    free = world.polygon.buffer(-extra * clearance, join_style="mitre")
     corners = np.unique(shapely.get_coordinates(free), axis=0)
     nodes = np.vstack([np.array([start, end], dtype=float), corners])
     one, other = np.triu_indices(len(nodes), 1)
     lines = np.asarray(shapely.linestrings(np.stack([nodes[one], nodes[other]], axis=1)))
-    # The ends may be nearer to a wall than the clearance: lines from there only keep out of it.
-    roomy = shapely.covers(free.buffer(1e-6 * world.size), lines)
-    legal = np.where(one < 2, shapely.covers(world.polygon, lines), roomy)
+    # An end may be nearer to a wall than the clearance: lines from there only keep out of it.
+    area = free.buffer(1e-6 * world.size)
+    snug = np.logical_not(shapely.covers(area, shapely.points(nodes)))
+    out = shapely.covers(world.polygon, lines)
+    legal = np.where(snug[one] | snug[other], out, shapely.covers(area, lines))
     lengths = np.full((len(nodes), len(nodes)), np.inf)
     lengths[one[legal], other[legal]] = lengths[other[legal], one[legal]] = shapely.length(
         lines[legal]
@@ -135,7 +143,7 @@ def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
     area = obstacles.polygon
     seeds = [each for each in seeds if area.covers(shapely.LineString(each.states[:, :2]))]
     loops = []
-    for route in detours(obstacles, max(discs.radii), first[:2], last[:2])[:_DETOURS]:
+    for route in _routes(obstacles, max(discs.radii), first[:2], last[:2]):
         if len(route) > 2:
             chain = _dubins_chain(route, first, last, radius)
             seeds.append(_polyline(route, first, last, trailer, betas))
@@ -143,6 +151,18 @@ def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
             endings = dubins_paths(chain[-1].start, last, radius)[1:_LOOPS]
             loops += [seed_along([*chain[:-1], end], trailer, betas) for end in endings]
     return [seeds, loops]
+
+
+def _routes(
+    world: World, clearance: float, start: Sequence[float], end: Sequence[float]
+) -> list[np.ndarray]:
+    """The shortest detours, and shorter ones than the last of these through tight passages."""
+    routes = detours(world, clearance, start, end)[:_DETOURS]
+    tight = detours(world, clearance, start, end, _TIGHT)[:_DETOURS]
+    others = [
+        each for each in tight if all(_obstacle_between(world, each, known) for known in routes)
+    ]
+    return routes + others
 
 
 def seed_along(

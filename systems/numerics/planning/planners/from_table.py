@@ -1,76 +1,27 @@
 """Plans from a table of times to go: driven down it, and among walls made short."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
-import shapely
-
 from ...errors import require
-from ...geometry.world import World, make_world
+from ...geometry.world import World
 from ..arc_words.candidates import scattered_words
 from ..arc_words.quickest import word_path
 from ..footprint import Discs, covering_discs, path_overlap, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
 from ..minimum_time.problem import Problem, near_best, resampled
-from ..minimum_time.seeds import detours
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
 from ..value_function.policy import is_late, roll_out
 from ..value_function.solve import Progress, solve_value_function, widened
 from ..value_function.value_function import ValueFunction, look_up_in_reach
-
-# Share of the room by which routes keep off the edge of the region that has enough room.
-_LITTLE = 1e-3
-
-
-def saved_by_narrow_passages(
-    world: World, discs: Discs, step: float, start: Sequence[float], end: Sequence[float]
-) -> float:
-    """How much passages that are too narrow for the grid would shorten the shortest route.
-
-    Routes are those of a point that keeps the largest disc's radius off walls, with and without
-    half a step of the grid more: that is the room a passage needs for a line of nodes to lie in it.
-    The cart itself may be too long for a passage that its discs fit through one by one.
-
-    Args:
-        world: The walls.
-        discs: What the cart covers.
-        step: Distance of nodes [m].
-        start, end: x, y [m].
-
-    Returns:
-        Length; zero: there is no such passage, or it saves nothing; infinite: there is no other way
-        [m].
-    """
-    radius = max(discs.radii)
-    narrow, wide = (_length(world, room, start, end) for room in (radius, radius + step / 2))
-    return 0.0 if math.isinf(narrow) else max(wide - narrow, 0.0)
-
-
-def _length(world: World, room: float, start: Sequence[float], end: Sequence[float]) -> float:
-    """Length of the shortest route that keeps so much room, except at its ends; or infinite."""
-    parts = shapely.get_parts(world.polygon.buffer(-room, join_style="mitre"))
-    if not len(parts):
-        return math.inf
-    places = shapely.points([start, end])
-    # An end that has less room is moved to the nearest place that has enough.
-    first, last = (int(shapely.distance(parts, place).argmin()) for place in places)
-    if first != last:
-        return math.inf
-    free = parts[first]
-    inside = make_world(
-        shapely.get_coordinates(free.exterior)[:-1],
-        [shapely.get_coordinates(ring)[:-1] for ring in free.interiors],
-    )
-    ends = [shapely.shortest_line(free, place).coords[0] for place in places]
-    routes = detours(inside, _LITTLE * room, *ends)
-    return float(shapely.length(shapely.LineString(routes[0]))) if routes else math.inf
-
+from .narrow_passages import saved_by_narrow_passages, slimmed
 
 METHOD = "value-function"
 # A shorter way through a passage that the grid may not see is mentioned if it saves more than this,
@@ -160,9 +111,7 @@ def plan_from_table(
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
-    radius = value.trailer.speed / value.trailer.turn_rate
-    ends = start[:2], goal.state[:2]
-    if saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius:
+    if _is_narrow(value, start, goal, world, discs):
         notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
     notes["way"], notes["programme"] = way, way in polished
     notes["overlap"] = max(path_overlap(world, discs, path, value.trailer), 0.0)
@@ -201,6 +150,45 @@ def _quicker_ways(
     ]
     found = [each for each in tried if each.is_path and each.time < time * (1 - _SAVED)]
     return [each.path for each in near_best(found)] if found else []
+
+
+def _is_narrow(
+    value: ValueFunction, start: Sequence[float], goal: Goal, world: World, discs: Discs
+) -> bool:
+    """Whether passages that are too narrow for a table's grid would shorten the way."""
+    radius = value.trailer.speed / value.trailer.turn_rate
+    ends = start[:2], goal.state[:2]
+    return saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius
+
+
+def _through_narrow_passages(
+    table: Callable[..., ValueFunction],
+    plan: Plan,
+    value: ValueFunction,
+    start: Sequence[float],
+    goal: Goal,
+    world: World,
+    discs: Discs,
+) -> Plan:
+    """The quicker of a plan and of what the programme finds through narrow passages."""
+    trailer = value.trailer
+    slim = slimmed(discs, value.grid.step)
+    way = roll_out(table(trailer, goal, value.grid, obstacles=world, discs=slim), start)
+    seeds: dict[str, list[TrailerPath] | None] = {"round corners, then polished": None}
+    if way.arrived and len(way.path.controls):
+        seeds["driven by a slimmer cart, then polished"] = [way.path]
+    for name, each in seeds.items():
+        other = plan_by_casadi(trailer, start, goal, seeds=each, obstacles=world, discs=discs)
+        if other.converged and other.time < plan.time * (1 - _LESS):
+            notes = {
+                **plan.notes,
+                "warnings": [],
+                "way": name,
+                "programme": True,
+                "overlap": other.notes["overlap"],
+            }
+            plan = replace(other, method=METHOD, status="arrived", notes=notes)
+    return plan
 
 
 def _hint(value: ValueFunction) -> str:
@@ -281,6 +269,9 @@ def plan_by_value_function(
             discs=body,
         )
         plan = plan_from_table(value, start, goal, obstacles, body)
+        if plan.path is None or _is_narrow(value, start, goal, obstacles, body):
+            table = partial(solve_value_function, polish=polish, progress=progress)
+            plan = _through_narrow_passages(table, plan, value, start, goal, obstacles, body)
         return replace(plan, wall_time=perf_counter() - began)
     if value is None:
         grid = grid_around(trailer, start, goal, step)

@@ -78,6 +78,24 @@ def test_a_turn_along_an_outer_wall_keeps_clear_between_far_nodes(depth_in_walls
     assert depth_in_walls(hall, plan.path, cart) <= 1e-4
 
 
+def test_a_passage_of_eleven_tenths_of_the_width_is_driven_through(gap_world, depth_in_walls):
+    """By the spline alone it was 4 mm in the wall, and could not be pushed off it."""
+    goal = Goal(state=(7.0, 5.0, 0.5, 0.0), tolerance=THESIS_TOLERANCE)
+    plan = plan_by_casadi(CART, (1.5, 1.5, 0.8, 0.0), goal, obstacles=gap_world)
+    assert plan.converged
+    assert depth_in_walls(gap_world, plan.path) <= 1e-4
+    assert 7.0 < plan.time < 7.1
+
+
+def test_detours_lead_through_a_tight_passage_only_if_asked(gap_world):
+    ends = (1.5, 1.5), (7.0, 5.0)
+    # The straight line between the ends passes the gap, but 2 cm from a corner.
+    assert detours(gap_world, 0.25, *ends) == []
+    (route,) = detours(gap_world, 0.25, *ends, extra=1.02)
+    corners = shapely.MultiPoint([(4, 3), (4.4, 3), (4, 3.55), (4.4, 3.55)])
+    assert shapely.LineString(route).distance(corners) >= 0.25
+
+
 def test_goals_and_carts_of_other_types_are_refused():
     with pytest.raises(InvalidInput, match="`goal` must be of type Goal; got tuple"):
         plan_by_casadi(CART, (0.0, 0.0, 0.0, 0.0), (1.0, 2.0, 0.0, 0.0))
