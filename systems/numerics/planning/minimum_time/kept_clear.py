@@ -28,14 +28,17 @@ _LONGER, _SHORTER = 2.0, 0.25
 # Share of its time by which a path gets quicker when it moves; and after how many runs in which it
 # does not, and yet dips into walls, it is left as it is.
 _MOVED, _DIPS = 0.01, 5
+# Share of its time by which a path that is none yet changes, if runs still help it.
+_STILL = 1e-6
 # Most runs, and the least share of time that one must save to be followed by another: first, and
 # when the best path is divided more finely.
 _RUNS, _MORE = 30, 1e-3
 _FINER_RUNS, _LESS = 8, 1e-4
 # A path counts as nearly clear while it overlaps by less than this share of the smallest disc.
 _NEARLY = 0.5
-# Longest intervals beside walls [1 / turn rate], and the least and largest number of them.
-_INTERVAL, _FEWEST, _MOST = 0.125, 60, 240
+# Longest intervals beside walls [1 / turn rate], and numbers of them: few, for each makes another
+# programme, which takes seconds to build.
+_LONGEST, _INTERVALS = 0.2, (60, 120, 240)
 # A path is beside a wall while it leaves less room than this share of the smallest disc.
 _BESIDE = 0.1
 # How many paths are tried, and the least share of time that another must promise to save.
@@ -72,12 +75,15 @@ class Kept:
         return not self.is_clear(problem), touches, *self.attempt.rank
 
 
-def best_kept_clear(problem: Problem, attempts: Sequence[Attempt]) -> tuple[Kept | None, int]:
+def best_kept_clear(
+    problem: Problem, attempts: Sequence[Attempt], known: float = math.inf
+) -> tuple[Kept | None, int]:
     """Keep the quickest attempts clear of walls, those that are only nearly clear among them.
 
     Args:
         problem: Among walls.
         attempts: By the spline.
+        known: Time of a path that is known; none that promises to be slower is tried [s].
 
     Returns:
         The best path, and how many iterations the solver took; None: there is no path.
@@ -86,7 +92,8 @@ def best_kept_clear(problem: Problem, attempts: Sequence[Attempt]) -> tuple[Kept
     smallest = min(problem.discs.radii)
     best, found, tried = None, [], set[float]()
     for each in sorted(attempts, key=lambda each: (not each.is_path, each.rank)):
-        known = math.inf if best is None or not best.is_clear(problem) else best.attempt.time
+        if best is not None and best.is_clear(problem):
+            known = min(known, best.attempt.time)
         if each.time >= (1 - _SAVED) * known:
             continue
         if len(tried) == _MOST_TRIED:
@@ -100,13 +107,14 @@ def best_kept_clear(problem: Problem, attempts: Sequence[Attempt]) -> tuple[Kept
         if each.is_path:
             found.append(Kept(replace(each, iterations=0), overlap))
         if overlap > -_BESIDE * smallest:
-            wanted = math.ceil(each.time * problem.trailer.turn_rate / _INTERVAL)
-            intervals = min(max(wanted, _FEWEST), _MOST)
+            turned = each.time * problem.trailer.turn_rate
+            intervals = next((n for n in _INTERVALS if turned < _LONGEST * n), _INTERVALS[-1])
             found += kept_clear(problem, each.path, intervals, _RUNS, _MORE)
         best = min(found, key=lambda kept: kept.rank(problem), default=None)
     if best is not None and best.overlap > -_BESIDE * smallest:
         path = best.attempt.path
-        found += kept_clear(problem, path, 2 * len(path.controls), _FINER_RUNS, _LESS)
+        finer = min(2 * len(path.controls), _INTERVALS[-1])
+        found += kept_clear(problem, path, finer, _FINER_RUNS, _LESS)
         best = min(found, key=lambda kept: kept.rank(problem))
     return best, sum(kept.attempt.iterations for kept in found)
 
@@ -161,7 +169,7 @@ def kept_clear(
     assert discs is not None
     smallest = min(discs.radii)
     found, margins, reach = [], np.zeros(intervals), _REACH * smallest
-    quickest, dips = math.inf, 0
+    dips = 0
     for _ in range(runs):
         if reach < _LEAST * smallest or dips == _DIPS:
             break
@@ -170,16 +178,16 @@ def kept_clear(
         if pushed.status != "optimal" or depth > _NEARLY * smallest:
             reach *= _SHORTER
             continue
-        moved = pushed.time < (1 - _MOVED) * path.times[-1]
-        path = pushed.path
+        before = float(path.times[-1])
+        moved, path = pushed.time < (1 - _MOVED) * before, pushed.path
         if not pushed.is_path:
+            if math.isclose(pushed.time, before, rel_tol=_STILL):
+                break
             continue
         found.append(Kept(pushed, depth))
         clear = depth <= _CLEAR * problem.trailer.length
-        if clear and pushed.time >= (1 - less) * quickest:
+        if clear and pushed.time >= (1 - less) * before:
             break
-        if clear:
-            quickest = pushed.time
         # Margins hold for where it was.
         if moved:
             margins[:] = 0.0

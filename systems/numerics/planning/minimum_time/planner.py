@@ -42,6 +42,7 @@ def plan_by_casadi(
     obstacles: World | None = None,
     discs: Discs | None = None,
     max_iterations: int = 500,
+    known: float = math.inf,
 ) -> Plan:
     """Solve the minimum-time programme from several seeds, and keep the fastest path.
 
@@ -58,6 +59,7 @@ def plan_by_casadi(
         obstacles: The world whose walls the vehicle keeps clear of.
         discs: What the vehicle covers; by default `covering_discs(trailer)`.
         max_iterations: Of the solver, for each seed; among walls at most `WALLED_ITERATIONS`.
+        known: Time of a path that is known; among walls none is made clear that seems slower [s].
 
     Returns:
         The plan. `residual` is its largest violation of a constraint; its notes say how many seeds
@@ -93,7 +95,7 @@ def plan_by_casadi(
     if obstacles is not None:
         # Paths that are given may be nearly clear, and elsewhere than where the spline leads them.
         given = [Attempt(each, math.inf, "as given", 0) for each in seeds or []]
-        kept, more = best_kept_clear(problem, [*attempts, *given])
+        kept, more = best_kept_clear(problem, [*attempts, *given], known)
         best = None if kept is None else kept.attempt
         iterations += more
         if kept is not None:

@@ -174,12 +174,16 @@ def _through_narrow_passages(
     trailer = value.trailer
     slim = slimmed(discs, value.grid.step)
     way = roll_out(table(trailer, goal, value.grid, obstacles=world, discs=slim), start)
-    seeds: dict[str, list[TrailerPath] | None] = {"round corners, then polished": None}
+    seeds: dict[str, list[TrailerPath] | None] = {}
     if way.arrived and len(way.path.controls):
         seeds["driven by a slimmer cart, then polished"] = [way.path]
+    seeds["round corners, then polished"] = None
     for name, each in seeds.items():
-        other = plan_by_casadi(trailer, start, goal, seeds=each, obstacles=world, discs=discs)
-        if other.converged and other.time < plan.time * (1 - _LESS):
+        known = plan.time if plan.converged else math.inf
+        other = plan_by_casadi(
+            trailer, start, goal, seeds=each, obstacles=world, discs=discs, known=known
+        )
+        if other.converged and other.time < known * (1 - _LESS):
             notes = {
                 **plan.notes,
                 "warnings": [],
