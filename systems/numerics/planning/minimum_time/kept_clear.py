@@ -25,11 +25,11 @@ _PUSH = 1.5
 # and how much farther after a run that made it quicker, and after one that led into a wall.
 _REACH, _FARTHEST, _LEAST = 0.5, 1.0, 0.02
 _LONGER, _SHORTER = 2.0, 0.25
-# Share of its time by which a path gets quicker when it moves; and after how many runs in which it
-# does not, and yet dips into walls, it is left as it is.
+# Share of its time by which a path gets quicker when it moves; and after how many runs that neither
+# move it nor get it out of a wall it is left as it is.
 _MOVED, _DIPS = 0.01, 5
-# Share of its time by which a path that is none yet changes, if runs still help it.
-_STILL = 1e-6
+# A path that is none yet gets nearer to one while a run leaves at most this share of its violation.
+_FALLS = 0.98
 # Most runs, and the least share of time that one must save to be followed by another: first, and
 # when the best path is divided more finely.
 _RUNS, _MORE = 30, 1e-3
@@ -169,7 +169,7 @@ def kept_clear(
     assert discs is not None
     smallest = min(discs.radii)
     found, margins, reach = [], np.zeros(intervals), _REACH * smallest
-    dips = 0
+    violation, dips = math.inf, 0
     for _ in range(runs):
         if reach < _LEAST * smallest or dips == _DIPS:
             break
@@ -181,8 +181,8 @@ def kept_clear(
         before = float(path.times[-1])
         moved, path = pushed.time < (1 - _MOVED) * before, pushed.path
         if not pushed.is_path:
-            if math.isclose(pushed.time, before, rel_tol=_STILL):
-                break
+            dips += pushed.violation > _FALLS * violation
+            violation = pushed.violation
             continue
         found.append(Kept(pushed, depth))
         clear = depth <= _CLEAR * problem.trailer.length
