@@ -143,6 +143,11 @@ class World:
         return (self.boundary, *self.obstacles)
 
     @cached_property
+    def edges(self) -> np.ndarray:
+        """Walls, x0 y0 x1 y1 with free space on the left, ring by ring, shape (k, 4) [m]."""
+        return np.vstack([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in self.rings])
+
+    @cached_property
     def polygon(self) -> shapely.Polygon:
         """The free region as a Shapely polygon."""
         polygon = shapely.Polygon(self.boundary, list(self.obstacles))

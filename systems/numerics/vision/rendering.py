@@ -241,7 +241,7 @@ def render(
     # From the world to the camera frame.
     cosine, sine = math.cos(heading), math.sin(heading)
     turn = np.array([[cosine, -sine], [sine, cosine]])
-    edges = ((surroundings.edges.reshape(-1, 2, 2) - [x, y]) @ turn).reshape(-1, 4)
+    edges = ((surroundings.world.edges.reshape(-1, 2, 2) - [x, y]) @ turn).reshape(-1, 4)
     sizes = np.array([(each.radius, each.base, each.top) for each in shells]).reshape(-1, 3)
     colours = np.array([each.colour for each in shells], dtype=np.float32).reshape(-1, 3) / 255
     angle = surroundings.light_heading - heading

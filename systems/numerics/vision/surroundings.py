@@ -117,12 +117,6 @@ class Surroundings(Checked):
         return (self.wall, self.wall_top, self.room, self.robot, self.backdrop)
 
     @cached_property
-    def edges(self) -> np.ndarray:
-        """Walls from above, x0 y0 x1 y1 with free space on the left, shape (k, 4) [m]."""
-        rings = [np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in self.world.rings]
-        return np.ascontiguousarray(np.concatenate(rings))
-
-    @cached_property
     def palette(self) -> np.ndarray:
         """Rows: floor tiles (2), wall, wall top, room, robot, backdrop; shape (7, 3), 0 to 1."""
         return np.array([*self.floor, *self._others], dtype=np.float32) / 255

@@ -139,7 +139,7 @@ def faced_walls(world: World, discs: Discs, states: np.ndarray) -> np.ndarray:
         Both ends of each wall, x, y, x, y, shape (n, k * FACED, 4) [m]. Where a disc faces fewer
         walls, there is one far away instead.
     """
-    walls = np.vstack([np.hstack([ring, np.roll(ring, -1, axis=0)]) for ring in world.rings])
+    walls = world.edges
     ends, along = walls[:, :2], walls[:, 2:] - walls[:, :2]
     rows = np.arange(len(states))
     found = []

@@ -86,7 +86,7 @@ def best_kept_clear(
         known: Time of a path that is known; none that promises to be slower is tried [s].
 
     Returns:
-        The best path, and how many iterations the solver took; None: there is no path.
+        The best path, and how many iterations led to paths beside walls; None: there is no path.
     """
     assert problem.discs is not None
     smallest = min(problem.discs.radii)
@@ -100,7 +100,7 @@ def best_kept_clear(
             break
         # The same time to six digits means the same path.
         alike = float(f"{each.time:.5e}")
-        overlap = _overlap(problem, each.path)
+        overlap = float(overlaps_by_interval(problem, each.path).max())
         if alike in tried or not (each.is_path or overlap < _NEARLY * smallest):
             continue
         tried.add(alike)
@@ -119,15 +119,10 @@ def best_kept_clear(
     return best, sum(kept.attempt.iterations for kept in found)
 
 
-def _overlap(problem: Problem, path: TrailerPath) -> float:
-    """Depth of a path in walls; infinite, if it is no path at all [m]."""
-    if not (np.isfinite(path.states).all() and (np.diff(path.times) > 0).all()):
-        return math.inf
-    return float(overlaps_by_interval(problem, path).max())
-
-
 def overlaps_by_interval(problem: Problem, path: TrailerPath) -> np.ndarray:
     """Largest depth of a disc in a wall in each interval of a path, shape (n,) [m].
+
+    Infinite, if the states are not finite or the times do not increase.
 
     Args:
         problem: Among walls.
@@ -136,8 +131,10 @@ def overlaps_by_interval(problem: Problem, path: TrailerPath) -> np.ndarray:
     world, discs = problem.obstacles, problem.discs
     assert world is not None
     assert discs is not None
-    times, depths = overlaps_along(world, discs, path, problem.trailer)
     n = len(path.controls)
+    if not (np.isfinite(path.states).all() and (np.diff(path.times) > 0).all()):
+        return np.full(n, np.inf)
+    times, depths = overlaps_along(world, discs, path, problem.trailer)
     last = np.searchsorted(path.times, times, side="right").clip(max=n) - 1
     # A node belongs to the intervals on both of its sides.
     first = np.searchsorted(path.times, times, side="left").clip(1, n) - 1
@@ -174,7 +171,8 @@ def kept_clear(
         if reach < _LEAST * smallest or dips == _DIPS:
             break
         pushed = problem.solve_beside_walls(resampled(path, intervals), margins, reach)
-        depth = _overlap(problem, pushed.path)
+        overlaps = overlaps_by_interval(problem, pushed.path)
+        depth = float(overlaps.max())
         if pushed.status != "optimal" or depth > _NEARLY * smallest:
             reach *= _SHORTER
             continue
@@ -191,7 +189,7 @@ def kept_clear(
         # Margins hold for where it was.
         if moved:
             margins[:] = 0.0
-        margins += _PUSH * np.maximum(overlaps_by_interval(problem, path), 0.0)
+        margins += _PUSH * np.maximum(overlaps, 0.0)
         dips = 0 if clear or moved else dips + 1
         reach = min(_LONGER * reach, _FARTHEST * smallest) if clear or moved else reach
     return found

@@ -1,7 +1,7 @@
 """Plans from a table of times to go: driven down it, and among walls made short."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -58,8 +58,8 @@ def plan_from_table(
     """Drive down the time to go by the policy of the table, and let the path seed the programme.
 
     The quicker of both is the plan. The notes hold the table's `time_to_go`, interpolated, the time
-    of the path as it was `driven`, by how much it runs into a wall, its `overlap`, and whether it
-    is the `programme`'s.
+    of the path as it was `driven`, by how much it runs into a wall, its `overlap`, whether it is
+    the `programme`'s, and whether passages too `narrow` for the grid may lead on or be shorter.
 
     Args:
         value: Time to go among the walls.
@@ -80,6 +80,7 @@ def plan_from_table(
         "grid": value.grid.shape,
         "tolerance": value.goal.tolerance,
         "warnings": list(value.warnings),
+        "narrow": True,
     }
     hint = _hint(value)
     if math.isinf(promised):
@@ -111,7 +112,11 @@ def plan_from_table(
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
-    if _is_narrow(value, start, goal, world, discs):
+    radius = value.trailer.speed / value.trailer.turn_rate
+    ends = start[:2], goal.state[:2]
+    saved = saved_by_narrow_passages(world, discs, value.grid.step, *ends)
+    notes["narrow"] = saved > WORTH * radius
+    if notes["narrow"]:
         notes["warnings"] = [*notes["warnings"], f"on a shorter way {hint}"]
     notes["way"], notes["programme"] = way, way in polished
     notes["overlap"] = max(path_overlap(world, discs, path, value.trailer), 0.0)
@@ -152,28 +157,19 @@ def _quicker_ways(
     return [each.path for each in near_best(found)] if found else []
 
 
-def _is_narrow(
-    value: ValueFunction, start: Sequence[float], goal: Goal, world: World, discs: Discs
-) -> bool:
-    """Whether passages that are too narrow for a table's grid would shorten the way."""
-    radius = value.trailer.speed / value.trailer.turn_rate
-    ends = start[:2], goal.state[:2]
-    return saved_by_narrow_passages(world, discs, value.grid.step, *ends) > WORTH * radius
-
-
 def _through_narrow_passages(
-    table: Callable[..., ValueFunction],
     plan: Plan,
-    value: ValueFunction,
+    slim: ValueFunction,
     start: Sequence[float],
     goal: Goal,
     world: World,
     discs: Discs,
 ) -> Plan:
-    """The quicker of a plan and of what the programme finds through narrow passages."""
-    trailer = value.trailer
-    slim = slimmed(discs, value.grid.step)
-    way = roll_out(table(trailer, goal, value.grid, obstacles=world, discs=slim), start)
+    """The quicker of a plan and of what the programme finds through narrow passages.
+
+    It starts from the way of a slimmer cart, whose table is given, and from routes round corners.
+    """
+    trailer, way = slim.trailer, roll_out(slim, start)
     seeds: dict[str, list[TrailerPath] | None] = {}
     if way.arrived and len(way.path.controls):
         seeds["driven by a slimmer cart, then polished"] = [way.path]
@@ -263,19 +259,20 @@ def plan_by_value_function(
         require_clear_ends(obstacles, body, start, goal)
         if walls_part(obstacles, body, start, goal):
             return Plan(method=METHOD, goal=goal, status="unreachable", converged=False)
-        value = solve_value_function(
+        grid = grid_within(obstacles, trailer, goal, step)
+        table = partial(
+            solve_value_function,
             trailer,
             goal,
-            grid_within(obstacles, trailer, goal, step),
+            grid,
             polish=polish,
             progress=progress,
             obstacles=obstacles,
-            discs=body,
         )
-        plan = plan_from_table(value, start, goal, obstacles, body)
-        if plan.path is None or _is_narrow(value, start, goal, obstacles, body):
-            table = partial(solve_value_function, polish=polish, progress=progress)
-            plan = _through_narrow_passages(table, plan, value, start, goal, obstacles, body)
+        plan = plan_from_table(table(discs=body), start, goal, obstacles, body)
+        if plan.notes["narrow"]:
+            slim = table(discs=slimmed(body, grid.step))
+            plan = _through_narrow_passages(plan, slim, start, goal, obstacles, body)
         return replace(plan, wall_time=perf_counter() - began)
     if value is None:
         grid = grid_around(trailer, start, goal, step)
