@@ -8,11 +8,14 @@ from pydrake.systems.primitives import MatrixGain
 from ...systems.drake_types import add_named
 from ...systems.numerics.errors import InvalidInput, require_type
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
-from ...systems.tracking.adversarial_evaders import AdversarialEvaders
 from ...systems.tracking.best_response_evaders import BestResponseEvaders
-from ...systems.tracking.optimal_evaders import OptimalEvaders
-from ...systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
-from ...systems.tracking.velocity_selector import VelocitySelector
+from ...systems.tracking.evaders import (
+    AdversarialEvaders,
+    OptimalEvaders,
+    RandomWalkEvaders,
+    VelocitySelector,
+    WaypointEvaders,
+)
 from .controls import MeshcatVelocity
 from .game import TrackingGame
 from .scenario import CERTIFIED, GUARANTEE, OPTIMAL_DISTANCE, OPTIMAL_POLICIES

@@ -31,8 +31,7 @@ from ...systems.tracking.guarantee_assignment import GuaranteeAssignment
 from ...systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from ...systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
 from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
-from ...systems.tracking.lookahead_pursuit import LookaheadPursuit
-from ...systems.tracking.pursuit_field_controller import PursuitFieldController
+from ...systems.tracking.pursuit_laws import LookaheadPursuit, PursuitFieldController
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
 from .losing_set import losing_strips

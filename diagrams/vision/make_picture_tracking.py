@@ -21,8 +21,7 @@ from ...systems.numerics.tracking.team_pursuit import sample_field
 from ...systems.tracking.assignment import Assignment
 from ...systems.tracking.game_ports import codes_of
 from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
-from ...systems.tracking.modified_field import ModifiedField
-from ...systems.tracking.pursuit_field_controller import PursuitFieldController
+from ...systems.tracking.pursuit_laws import ModifiedField, PursuitFieldController
 from ...systems.vision.evader_tracker import EvaderTracker
 from ...systems.vision.omni_camera import OmniCameraSensor
 from ...systems.vision.shell_estimator import ShellEstimator

@@ -88,23 +88,28 @@ from sightfield.systems.station.supervision import (
     PoseGate,
     RobotSupervisor,
 )
-from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.assignment import Assignment
 from sightfield.systems.tracking.best_response_evaders import BestResponseEvaders
 from sightfield.systems.tracking.certified_pursuit import CertifiedPursuit
 from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
+from sightfield.systems.tracking.evaders import (
+    AdversarialEvaders,
+    OptimalEvaders,
+    RandomWalkEvaders,
+    VelocitySelector,
+    WaypointEvaders,
+)
 from sightfield.systems.tracking.guarantee_assignment import GuaranteeAssignment
 from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from sightfield.systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
 from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController
 from sightfield.systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
-from sightfield.systems.tracking.lookahead_pursuit import LookaheadPursuit
-from sightfield.systems.tracking.modified_field import ModifiedField
-from sightfield.systems.tracking.optimal_evaders import OptimalEvaders
-from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
-from sightfield.systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
-from sightfield.systems.tracking.velocity_selector import VelocitySelector
+from sightfield.systems.tracking.pursuit_laws import (
+    LookaheadPursuit,
+    ModifiedField,
+    PursuitFieldController,
+)
 from sightfield.systems.vision.evader_tracker import EvaderTracker
 from sightfield.systems.vision.omni_camera import OmniCameraSensor
 from sightfield.systems.vision.shell_estimator import ShellEstimator

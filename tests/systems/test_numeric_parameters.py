@@ -15,12 +15,14 @@ from sightfield.systems.planning import TractorTrailer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.gates import AgeLimit
 from sightfield.systems.station.simulated_devices import CommandTimeout
-from sightfield.systems.tracking.adversarial_evaders import AdversarialEvaders
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
+from sightfield.systems.tracking.evaders import (
+    AdversarialEvaders,
+    RandomWalkEvaders,
+    WaypointEvaders,
+)
 from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController
-from sightfield.systems.tracking.modified_field import ModifiedField
-from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
-from sightfield.systems.tracking.scripted_evaders import RandomWalkEvaders, WaypointEvaders
+from sightfield.systems.tracking.pursuit_laws import ModifiedField, PursuitFieldController
 
 POINTS = np.array([[0.5, 1.0], [-1.0, 2.0]])
 POSES = np.array([[0.5, 1.0, 0.3], [-1.0, 2.0, -2.0]])

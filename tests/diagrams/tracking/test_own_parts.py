@@ -15,7 +15,7 @@ from sightfield.diagrams.tracking.scenario import RobotTeam, TrackingScenario
 from sightfield.diagrams.tracking.team_ports import AddTeam
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.assignment.rules import nearest
-from sightfield.systems.tracking.pursuit_field_controller import PursuitFieldController
+from sightfield.systems.tracking.pursuit_laws import PursuitFieldController
 
 PURSUERS, EVADERS = 3, 4
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.tracking.modified_field import ModifiedField
+from sightfield.systems.tracking.pursuit_laws import ModifiedField
 
 SIZES = {"pursuers": 2, "evaders": 3, "top_speed": 0.3}
 
