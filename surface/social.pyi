@@ -44,8 +44,8 @@ from .systems.numerics.social.network.friendship_chain import (
     connected_fraction as connected_fraction,
 )
 from .systems.numerics.social.network.friendship_chain import friendship_chain as friendship_chain
+from .systems.numerics.social.network.interface import MemoryNetwork as MemoryNetwork
 from .systems.numerics.social.network.interface import SocialNetwork as SocialNetwork
-from .systems.numerics.social.network.memory_network import MemoryNetwork as MemoryNetwork
 from .systems.numerics.social.recognition.recognition import LandmarkDetection as LandmarkDetection
 from .systems.numerics.social.recognition.recognition import Recognition as Recognition
 from .systems.numerics.social.recognition.recognition import recognise as recognise

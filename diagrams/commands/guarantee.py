@@ -28,8 +28,7 @@ from ..outputs import optional_folder, write_json
 from ..scenario_files import Setting, builtin_scenarios, find_scenario, load_scenario
 from ..tracking.certified_games import CertifiedGame, play_certified_games, tally
 from ..tracking.game import TrackingGame, set_up_game
-from ..tracking.guarantee_picture import save_guarantee_picture
-from ..tracking.promises_picture import save_promises_picture
+from ..tracking.guarantee_picture import save_guarantee_picture, save_promises_picture
 from ..tracking.scenario import Evaders, Pursuers, TrackingScenario
 from ..tracking.solved_game import games_folder, recall_or_solve
 from ..world_source import WorldSource

@@ -13,9 +13,8 @@ from ..outputs import lacks_room
 from .exhibits.beyond_teams import RADIO, RANK_AGGREGATIONS, RISK_VECTOR_GAPS
 from .exhibits.evidence import Evidence, Exhibit, Workshop
 from .exhibits.harvest import FIELD_PATHS, UNLOADING
-from .exhibits.landmark_location import LANDMARK_LOCATION
 from .exhibits.planning import CART_PATHS, CART_SWEEP
-from .exhibits.social_connectivity import SOCIAL_CONNECTIVITY
+from .exhibits.social import LANDMARK_LOCATION, SOCIAL_CONNECTIVITY
 from .exhibits.solved_game import SOLVED_GAME
 from .exhibits.teams import ALLOCATIONS, TEAM_TIMES
 from .exhibits.tracking import CORNER_FIELDS, CORNER_POLICIES, RISK_TRACKS, VECTOR_FIELDS

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...systems.numerics.errors import InvalidInput
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import InvalidInput, require_extra
 from ...systems.numerics.geometry.world import World
 from ..outputs import RunRecord, open_record
 

@@ -5,12 +5,10 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from ...systems.drake_types import add_named
 from ...systems.numerics.errors import require_type
-from ...systems.numerics.social.network.interface import SocialNetwork
-from ...systems.numerics.social.network.memory_network import MemoryNetwork
+from ...systems.numerics.social.network.interface import MemoryNetwork, SocialNetwork
 from ...systems.numerics.social.routes.outlook import make_outlook
-from ...systems.social.agent_interest import AgentInterest
 from ...systems.social.forward_cameras import PicturePoster
-from ...systems.social.network_evolution import ImageScanner, NetworkEvolution
+from ...systems.social.network_evolution import AgentInterest, ImageScanner, NetworkEvolution
 from .robots import AddCameras, AddLocator, AddRobots
 from .scenario import SocialScenario
 from .social_game import SocialGame, set_up_social_game

@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...hardware_io.social.local_server import LocalServer
-from ...systems.numerics.errors import require, require_one_of
-from ...systems.numerics.extras import require_extra
-from ...systems.numerics.social.network.interface import SocialNetwork
-from ...systems.numerics.social.network.memory_network import MemoryNetwork
+from ...systems.numerics.errors import require, require_extra, require_one_of
+from ...systems.numerics.social.network.interface import MemoryNetwork, SocialNetwork
 from .social_game import SocialGame
 
 KINDS = ("memory", "matrix")

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...systems.numerics.errors import SightfieldError
-from ...systems.numerics.extras import install_line, missing_modules
+from ...systems.numerics.errors import SightfieldError, install_line, missing_modules
 from ...systems.numerics.station.channel import freshness
 from ...systems.numerics.station.pose_checks import angle_between
 from .hardware import (

@@ -54,7 +54,7 @@ from ...hardware_io.viewer.messages import Scene
 from ...hardware_io.viewer.operator import Operator, OperatorPort, StopPage, keys
 from ...hardware_io.viewer.view_address import find_view, open_view
 from ...hardware_io.viewer.viewer_link import Shows, StatePublisher, ViewerLink
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import require_extra
 from ...systems.station.gates import AgeLimit
 from ..tracking.game import TrackingGame
 from .ports import IMAGE, split_teams

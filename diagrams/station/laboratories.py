@@ -13,11 +13,12 @@ from ...systems.numerics.vision.omni_optics import OmniCamera
 from ...systems.numerics.vision.sensor import Sensor
 from ...systems.numerics.vision.surroundings import SHELL_COLOURS, Surroundings, shell_of
 from ...systems.social.common_robots import InfraredSensors
-from ...systems.station.players import PicturePlayer, SamplePlayer
-from ...systems.station.simulated_devices import (
+from ...systems.station.stand_in_devices import (
     CommandTimeout,
     ImperfectChannel,
+    PicturePlayer,
     SampledReceiver,
+    SamplePlayer,
     WheelEncoders,
 )
 from ...systems.tracking.agent_team import DifferentialDriveTeam

@@ -14,8 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ...systems.numerics.errors import InvalidInput, require, require_type
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import InvalidInput, require, require_extra, require_type
 from . import records
 from .play import Rows, play_block
 from .records import StudyResult, load_study

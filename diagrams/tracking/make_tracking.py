@@ -24,20 +24,18 @@ from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_game import corner_table
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.numerics.tracking.team_pursuit import sample_field
-from ...systems.tracking.assignment import Assignment
+from ...systems.tracking.assignment import Assignment, GuaranteeAssignment
 from ...systems.tracking.certified_pursuit import CertifiedPursuit
 from ...systems.tracking.game_ports import codes_of
-from ...systems.tracking.guarantee_assignment import GuaranteeAssignment
 from ...systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from ...systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
 from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor
 from ...systems.tracking.pursuit_laws import LookaheadPursuit, PursuitFieldController
 from .evasion import AddEvasion
 from .game import TrackingGame, set_up_game
-from .losing_set import losing_strips
 from .scenario import CERTIFIED, GUARANTEE, LOOKAHEAD, OPTIMAL_POLICIES, TrackingScenario
 from .scene import LosingSet, TrackingScene, View
-from .solved_game import solved_game, solved_game_of_two
+from .solved_game import losing_strips, solved_game, solved_game_of_two
 from .team_ports import AddTeam, TeamPorts
 
 # Whom each pursuer is to chase, as a rule's name, a rule, or a system; see `AddTracking`.

@@ -7,8 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...systems.numerics.errors import require, require_positive
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import require, require_extra, require_positive
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.station.motion_checks import Chassis
 from ..emulation.air import Air, AirSettings

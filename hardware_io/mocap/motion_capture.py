@@ -8,8 +8,7 @@ import sys
 import threading
 from collections.abc import Sequence
 
-from ...systems.numerics.errors import InvalidInput, require_one_of
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import InvalidInput, require_extra, require_one_of
 from .pose_receiver import NewestPoses, PoseReading
 
 # The package's names of systems; "mock" is its own stand-in, which sees nothing.

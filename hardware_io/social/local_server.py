@@ -13,8 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ...systems.numerics.errors import SightfieldError, require
-from ...systems.numerics.extras import require_extra
+from ...systems.numerics.errors import SightfieldError, require, require_extra
 from .accounts import make_directory, save_directory
 
 # How long a server may take to come up, and to end [s].

@@ -1,10 +1,9 @@
 """LeafSystems of the social story: making friends, reading their pictures, finding the evader."""
 
-from .agent_interest import AgentInterest
 from .common_robots import CrowdGuard, InfraredSensors, Wanderers
 from .evader_locator import EvaderLocator
 from .forward_cameras import ForwardCameras, PicturePoster
-from .network_evolution import ImageScanner, NetworkEvolution
+from .network_evolution import AgentInterest, ImageScanner, NetworkEvolution
 from .route_pursuer import RoutePursuer
 
 __all__ = [

@@ -1,8 +1,14 @@
 """LeafSystems between a controller and its robots: channels, receivers, gates, players."""
 
 from .gates import AgeLimit, CommandGate, InfraredReflex, PoseParts
-from .players import PicturePlayer, SamplePlayer
-from .simulated_devices import CommandTimeout, ImperfectChannel, SampledReceiver, WheelEncoders
+from .stand_in_devices import (
+    CommandTimeout,
+    ImperfectChannel,
+    PicturePlayer,
+    SampledReceiver,
+    SamplePlayer,
+    WheelEncoders,
+)
 from .supervision import FloorGuard, MotionCheck, PoseGate, RobotSupervisor
 
 __all__ = [

@@ -1,7 +1,7 @@
 """LeafSystems for tracking: agents, sight, assignment, pursuit, evasion."""
 
 from .agent_team import AgentTeam, AgentTeam_, DifferentialDriveTeam, DifferentialDriveTeam_
-from .assignment import Assignment
+from .assignment import Assignment, GuaranteeAssignment
 from .best_response_evaders import BestResponseEvaders
 from .certified_pursuit import CertifiedPursuit
 from .collision_avoidance import CollisionAvoidance, CollisionStop
@@ -12,7 +12,6 @@ from .evaders import (
     VelocitySelector,
     WaypointEvaders,
 )
-from .guarantee_assignment import GuaranteeAssignment
 from .guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from .guaranteed_time import GuaranteedTime, StandingCertificate
 from .heading_controller import HeadingController, HeadingController_, TurnFirstController

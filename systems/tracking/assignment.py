@@ -1,4 +1,4 @@
-"""Which evader each pursuer goes after."""
+"""Which evader each pursuer goes after: by a rule, or by the solved visibility game."""
 
 import math
 from collections.abc import Sequence
@@ -18,6 +18,20 @@ from ..numerics.tracking.assignment.rules import (
 )
 from ..numerics.tracking.assignment.team_view import EXTRA_PURSUERS, TeamView
 from ..numerics.tracking.risk import RISK_FUNCTIONS, team_risk
+from ..numerics.tracking.visibility_game.board import make_board
+from ..numerics.tracking.visibility_game.bottleneck import (
+    SWITCHES,
+    bottleneck,
+    certificate,
+    covered,
+    is_longer,
+    promised_steps,
+    with_helpers,
+)
+from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
+from ..numerics.tracking.visibility_game.planes import FOR_EVER
+from ..numerics.tracking.visibility_game.pursuit import pair_worths, time_of_team
+from ..numerics.tracking.visibility_game.regain import steps_to_guard
 from .game_ports import GamePorts, codes_of
 
 # State of an assignment before the first sample.
@@ -126,6 +140,145 @@ class Assignment(LeafSystem):
         )
         targets = hold_or_choose(view, held, self._rule, self._hold)
         output.set_value(targets)
+
+    def _what_is_held(self, context):
+        if self._hold == "none":
+            return None
+        held = context.get_discrete_state(self._held).value()
+        return None if held[0] == NOTHING_HELD else held.astype(int)
+
+    def _keep(self, context, discrete_state):
+        discrete_state.set_value(self._held, self._chosen.Eval(context))
+
+
+# Weight of a promised step: it counts more than any value of a pair by the middle bound.
+PROMISED = 1e6
+
+
+class GuaranteeAssignment(LeafSystem):
+    """Matches pursuers with evaders so that the least of the guaranteed times is greatest.
+
+    If each pursuer plays the one-against-one game with its own evader, all evaders stay in sight
+    for that time, whatever they do. The held matching is discrete state, sampled with the period.
+    It is changed when another one guarantees a time longer by a tenth and a step of the game. For
+    an evader that its own pursuer does not see, the time counts for which a teammate can mind it.
+    Pursuers left over help, first with evaders that nobody watches; one that none of them sees goes
+    to the pursuer that could guard it soonest.
+
+    .. pydrake_system::
+
+        name: GuaranteeAssignment
+        input_ports:
+        - pursuer_position
+        - evader_position
+        - sight
+        output_ports:
+        - assignment
+
+    ================  ===================  ====  =====  ===========
+    port              size                 unit  frame  feedthrough
+    ================  ===================  ====  =====  ===========
+    pursuer_position  2 Np                 m     world  -
+    evader_position   2 Ne                 m     world  -
+    sight             Np Ne + Np K + Ne K  -     -      -
+    assignment        Np                   -     -      all
+    ================  ===================  ====  =====  ===========
+
+    Source: ours; see `numerics.tracking.visibility_game.bottleneck`.
+
+    Args:
+        table: The game of one pursuer and one evader.
+        world: Whose corners the sight port refers to.
+        pursuers: Number of pursuers Np.
+        evaders: Number of evaders Ne.
+        hold: When to change: a name in SWITCHES.
+        period: Sampling period of the held matching; 0 only if nothing is held [s].
+        promised: The game by the lower bound, if pursuers play by it: then promised times are
+            compared first, and `table` ranks pairs with equal or no promises.
+
+    Raises:
+        InvalidInput: A name is unknown or a number out of its range; the table is too large, or
+            `promised` is not by the lower bound.
+    """
+
+    def __init__(
+        self,
+        table: GuaranteedTimes,
+        world: World,
+        *,
+        pursuers: int,
+        evaders: int,
+        hold: str = "none",
+        period: float = 0.0,
+        promised: GuaranteedTimes | None = None,
+    ):
+        super().__init__()
+        require_one_of("hold", hold, SWITCHES)
+        require_non_negative("period", period)
+        require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
+        self._board, self._hold = make_board(table), hold
+        self._promising = None if promised is None else make_board(promised)
+        self._steps = [each.step for each in (promised, table) if each is not None]
+        if promised is not None:
+            require(promised.bound == "lower", "promised", "be by the lower bound", promised.bound)
+        self._game = GamePorts(self, world, pursuers, evaders)
+        self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
+        if hold != "none":
+            self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+
+    def _calc_assignment(self, context, output):
+        held, visible = self._what_is_held(context), self._game.visible(context)
+        n, m = self._game.shape
+        if held is not None and self._hold == "until_lost" and covered(held, visible) == m:
+            output.set_value(held)
+            return
+        pursuers, evaders = self._game.positions(context)
+        game = pursuers, evaders, visible
+        lasts = self._guarantees(game)
+        before = (0.0,) if held is None else lasts(held)
+        if np.isinf(before[0]):
+            output.set_value(held)
+            return
+        worth = self._worths(game)
+        chosen = bottleneck(worth)
+        if held is not None and not self._is_better(chosen, held, visible, lasts, before):
+            chosen = held
+        else:
+            hidden = np.zeros_like(visible) if covered(chosen, visible) == n else ~visible
+            soonest = steps_to_guard(self._board, pursuers, evaders, hidden)
+            chosen = with_helpers(chosen, worth, soonest)
+        output.set_value(chosen)
+
+    def _guarantees(self, game):
+        """Make a function that gives how long a matching keeps all evaders; of two answers the
+        more certain one comes first [s]."""
+        if self._promising is None:
+            step, (pursuers, evaders, seen) = self._steps[0], game
+            return lambda targets: (
+                step * time_of_team(self._board, pursuers, evaders, seen, targets),
+            )
+        tables = (
+            promised_steps(self._promising, *game),
+            pair_worths(self._board, *game)[0],
+        )
+        times = [step * steps for step, steps in zip(self._steps, tables, strict=True)]
+        return lambda targets: tuple(certificate(targets, each) for each in times)
+
+    def _worths(self, game):
+        """What each pair is worth, shape (Np, Ne)."""
+        worth = pair_worths(self._board, *game)[1]
+        if self._promising is None:
+            return worth
+        return worth + PROMISED * np.minimum(promised_steps(self._promising, *game), FOR_EVER)
+
+    def _is_better(self, chosen, held, visible, lasts, before):
+        """Whether to change the held matching: for more evaders in sight, or a longer guarantee."""
+        if self._hold == "until_lost":
+            return covered(chosen, visible) > covered(held, visible)
+        times = zip(lasts(chosen), before, self._steps, strict=True)
+        # The first times that differ decide.
+        return next((is_longer(*each) for each in times if each[0] != each[1]), False)
 
     def _what_is_held(self, context):
         if self._hold == "none":

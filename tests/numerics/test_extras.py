@@ -8,8 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.extras import install_line, missing_modules, require_extra
+from sightfield.systems.numerics.errors import (
+    InvalidInput,
+    install_line,
+    missing_modules,
+    require_extra,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]

@@ -42,7 +42,7 @@ from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.network.acceptance import thesis_temperaments
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import MemoryNetwork
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
 from sightfield.systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from sightfield.systems.numerics.social.routes.outlook import make_outlook
@@ -67,19 +67,23 @@ from sightfield.systems.numerics.vision.omni_optics import OmniCamera, project_o
 from sightfield.systems.numerics.vision.sensor import Sensor
 from sightfield.systems.numerics.vision.surroundings import Surroundings, shell_of
 from sightfield.systems.planning import PathFollower, TractorTrailer, ValueFunctionFeedback
-from sightfield.systems.social.agent_interest import AgentInterest
 from sightfield.systems.social.common_robots import CrowdGuard, InfraredSensors, Wanderers
 from sightfield.systems.social.evader_locator import EvaderLocator
 from sightfield.systems.social.forward_cameras import ForwardCameras, PicturePoster
-from sightfield.systems.social.network_evolution import ImageScanner, NetworkEvolution
+from sightfield.systems.social.network_evolution import (
+    AgentInterest,
+    ImageScanner,
+    NetworkEvolution,
+)
 from sightfield.systems.social.route_pursuer import RoutePursuer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.gates import AgeLimit, CommandGate, InfraredReflex, PoseParts
-from sightfield.systems.station.players import PicturePlayer, SamplePlayer
-from sightfield.systems.station.simulated_devices import (
+from sightfield.systems.station.stand_in_devices import (
     CommandTimeout,
     ImperfectChannel,
+    PicturePlayer,
     SampledReceiver,
+    SamplePlayer,
     WheelEncoders,
 )
 from sightfield.systems.station.supervision import (
@@ -89,7 +93,7 @@ from sightfield.systems.station.supervision import (
     RobotSupervisor,
 )
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
-from sightfield.systems.tracking.assignment import Assignment
+from sightfield.systems.tracking.assignment import Assignment, GuaranteeAssignment
 from sightfield.systems.tracking.best_response_evaders import BestResponseEvaders
 from sightfield.systems.tracking.certified_pursuit import CertifiedPursuit
 from sightfield.systems.tracking.collision_avoidance import CollisionAvoidance, CollisionStop
@@ -100,7 +104,6 @@ from sightfield.systems.tracking.evaders import (
     VelocitySelector,
     WaypointEvaders,
 )
-from sightfield.systems.tracking.guarantee_assignment import GuaranteeAssignment
 from sightfield.systems.tracking.guarantee_pursuit import GuaranteePursuit, TeamGuaranteePursuit
 from sightfield.systems.tracking.guaranteed_time import GuaranteedTime, StandingCertificate
 from sightfield.systems.tracking.heading_controller import HeadingController, TurnFirstController

@@ -14,7 +14,7 @@ from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 from sightfield.systems.planning import TractorTrailer
 from sightfield.systems.standoff import BiasedRangeEstimator, StandoffClosedLoop, StandoffPid
 from sightfield.systems.station.gates import AgeLimit
-from sightfield.systems.station.simulated_devices import CommandTimeout
+from sightfield.systems.station.stand_in_devices import CommandTimeout
 from sightfield.systems.tracking.agent_team import AgentTeam, DifferentialDriveTeam
 from sightfield.systems.tracking.evaders import (
     AdversarialEvaders,

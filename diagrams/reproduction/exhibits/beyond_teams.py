@@ -9,8 +9,7 @@ from ....systems.numerics.geometry.edge_index import build_edge_index
 from ....systems.numerics.geometry.random_arena import Arena
 from ....systems.numerics.statistics import holm, paired_difference, share
 from ....systems.numerics.tracking.assignment.voting import AGGREGATIONS
-from ....systems.numerics.tracking.corner_game import corner_table
-from ....systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
+from ....systems.numerics.tracking.corner_game import corner_table, least_escape_time
 from ....systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ...studies.opponents import Match, cell_name, match_cell, runs_against
 from ...studies.records import StudyResult

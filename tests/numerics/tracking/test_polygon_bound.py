@@ -10,9 +10,9 @@ from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.tracking.corner_game import (
     corner_table,
     escape_time,
+    least_escape_time,
     to_corner_frame,
 )
-from sightfield.systems.numerics.tracking.corner_study.polygon_bound import least_escape_time
 
 RATIO, SPEED = 0.5, 0.3
 # One corner at the origin, its obstacle to the south-west.

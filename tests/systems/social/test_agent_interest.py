@@ -12,7 +12,7 @@ from sightfield.systems.numerics.social.localisation.location import Outcome, Re
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.recognition import NOTHING
 from sightfield.systems.numerics.social.routes.outlook import make_outlook
-from sightfield.systems.social.agent_interest import AgentInterest
+from sightfield.systems.social.network_evolution import AgentInterest
 
 ROOM = make_world([[0, 0], [4, 0], [4, 4], [0, 4]])
 OUTLOOK = make_outlook(ROOM, cell=0.2, view_angle=1.2, reach=2.5)

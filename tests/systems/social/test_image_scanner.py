@@ -6,8 +6,7 @@ from pydrake.systems.analysis import Simulator
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
-from sightfield.systems.numerics.social.network.interface import Picture
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import MemoryNetwork, Picture
 from sightfield.systems.social.network_evolution import ImageScanner
 
 

@@ -15,7 +15,7 @@ from sightfield.systems.numerics.social.network.evolution import (
     evolve,
     strangers,
 )
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import MemoryNetwork
 from sightfield.systems.social.network_evolution import NetworkEvolution
 
 

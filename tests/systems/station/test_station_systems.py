@@ -18,11 +18,12 @@ from sightfield.systems.station.gates import (
     InfraredReflex,
     PoseParts,
 )
-from sightfield.systems.station.players import PicturePlayer, SamplePlayer
-from sightfield.systems.station.simulated_devices import (
+from sightfield.systems.station.stand_in_devices import (
     CommandTimeout,
     ImperfectChannel,
+    PicturePlayer,
     SampledReceiver,
+    SamplePlayer,
 )
 
 

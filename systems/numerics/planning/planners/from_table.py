@@ -1,4 +1,10 @@
-"""Plans from a table of times to go: driven down it, and among walls made short."""
+"""Plans from a table of times to go: driven down it, and among walls made short.
+
+A passage among walls may be too narrow for a table's grid. A line of nodes lies in a passage
+wherever it is, and however it runs, if the cart has half a step of room on either side. A cart
+that is slimmer by that much has it in every passage that the cart itself fits through. Where its
+way leads, that of the cart is near.
+"""
 
 import math
 from collections.abc import Sequence
@@ -7,21 +13,23 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
+import shapely
+
 from ...errors import require
-from ...geometry.world import World
+from ...geometry.world import World, make_world
 from ..arc_words.candidates import scattered_words
 from ..arc_words.quickest import word_path
 from ..footprint import Discs, covering_discs, path_overlap, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
 from ..minimum_time.problem import Problem, near_best, resampled
+from ..minimum_time.seeds import detours
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
 from ..value_function.policy import is_late, roll_out
 from ..value_function.solve import Progress, solve_value_function, widened
 from ..value_function.value_function import ValueFunction, look_up_in_reach
-from .narrow_passages import saved_by_narrow_passages, slimmed
 
 METHOD = "value-function"
 # A shorter way through a passage that the grid may not see is mentioned if it saves more than this,
@@ -318,3 +326,61 @@ def plan_by_value_function(
         wall_time=perf_counter() - began,
         notes=notes,
     )
+
+
+# Share of the room by which routes keep off the edge of the region that has enough room.
+_LITTLE = 1e-3
+
+
+def saved_by_narrow_passages(
+    world: World, discs: Discs, step: float, start: Sequence[float], end: Sequence[float]
+) -> float:
+    """How much passages that are too narrow for the grid would shorten the shortest route.
+
+    Routes are those of a point that keeps the largest disc's radius off walls, with and without
+    half a step of the grid more: that is the room a passage needs for a line of nodes to lie in it.
+    The cart itself may be too long for a passage that its discs fit through one by one.
+
+    Args:
+        world: The walls.
+        discs: What the cart covers.
+        step: Distance of nodes [m].
+        start, end: x, y [m].
+
+    Returns:
+        Length; zero: there is no such passage, or it saves nothing; infinite: there is no other way
+        [m].
+    """
+    radius = max(discs.radii)
+    narrow, wide = (_length(world, room, start, end) for room in (radius, radius + step / 2))
+    return 0.0 if math.isinf(narrow) else max(wide - narrow, 0.0)
+
+
+def slimmed(discs: Discs, step: float) -> Discs:
+    """The discs of a cart that is slimmer by half a step on either side, but not by half.
+
+    Args:
+        discs: What the cart covers.
+        step: Distance of nodes [m].
+    """
+    return replace(discs, radii=tuple(max(r - step / 2, r / 2) for r in discs.radii))
+
+
+def _length(world: World, room: float, start: Sequence[float], end: Sequence[float]) -> float:
+    """Length of the shortest route that keeps so much room, except at its ends; or infinite."""
+    parts = shapely.get_parts(world.polygon.buffer(-room, join_style="mitre"))
+    if not len(parts):
+        return math.inf
+    places = shapely.points([start, end])
+    # An end that has less room is moved to the nearest place that has enough.
+    first, last = (int(shapely.distance(parts, place).argmin()) for place in places)
+    if first != last:
+        return math.inf
+    free = parts[first]
+    inside = make_world(
+        shapely.get_coordinates(free.exterior)[:-1],
+        [shapely.get_coordinates(ring)[:-1] for ring in free.interiors],
+    )
+    ends = [shapely.shortest_line(free, place).coords[0] for place in places]
+    routes = detours(inside, _LITTLE * room, *ends)
+    return float(shapely.length(shapely.LineString(routes[0]))) if routes else math.inf

@@ -28,6 +28,7 @@ import cv2
 import numpy as np
 
 from ...compiled import compiled
+from .edge_errors import raster_covariance, remainder_covariance
 from .expected_picture import (
     BEHIND,
     LEAST_NOISE,
@@ -44,8 +45,6 @@ from .expected_picture import (
     show_behind,
 )
 from .range_models import Outline
-from .raster_error import raster_covariance
-from .remainders import remainder_covariance
 from .shell_detection import Window
 
 # Correlation of the shifts of base and top, whose neighbour is dark, of the two sides, whose

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.diagrams.tracking.losing_set import losing_strips
 from sightfield.diagrams.tracking.scene.floor_layers import LosingLayer
 from sightfield.diagrams.tracking.scene.layout import make_layout
 from sightfield.diagrams.tracking.scene.panel import Panel
+from sightfield.diagrams.tracking.solved_game import losing_strips
 from sightfield.diagrams.visuals.meshes import Mesh
 from sightfield.diagrams.visuals.stage import Stage
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index

@@ -7,8 +7,8 @@ import pytest
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.footprint import covering_discs, path_overlap
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.planners.from_table import plan_by_value_function
-from sightfield.systems.numerics.planning.planners.narrow_passages import (
+from sightfield.systems.numerics.planning.planners.from_table import (
+    plan_by_value_function,
     saved_by_narrow_passages,
     slimmed,
 )

@@ -18,8 +18,7 @@ from sightfield.systems.numerics.social.network.evolution import (
     take_answers,
     with_friends,
 )
-from sightfield.systems.numerics.social.network.interface import Answer, Response
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import Answer, MemoryNetwork, Response
 
 
 def network_of(friending, unfriending, rejection, seed=0):

@@ -22,7 +22,7 @@ from sightfield.systems.numerics.social.network.friendship_chain import (
     connected_fraction,
     friendship_chain,
 )
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import MemoryNetwork
 
 ITERATIONS = 20_000
 THESIS = thesis_temperaments()

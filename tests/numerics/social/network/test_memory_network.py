@@ -11,11 +11,11 @@ from sightfield.systems.numerics.social.network.acceptance import (
 )
 from sightfield.systems.numerics.social.network.interface import (
     Answer,
+    MemoryNetwork,
     NotFriends,
     Picture,
     SocialNetwork,
 )
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
 
 
 def network_of(friending, unfriending, rejection, seed=0) -> SocialNetwork:

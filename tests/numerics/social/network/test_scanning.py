@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
-from sightfield.systems.numerics.social.network.interface import Picture, scan
-from sightfield.systems.numerics.social.network.memory_network import MemoryNetwork
+from sightfield.systems.numerics.social.network.interface import MemoryNetwork, Picture, scan
 
 
 def friendly_network(count):

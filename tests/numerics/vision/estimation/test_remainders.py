@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.vision.estimation.edge_errors import remainder_covariance
 from sightfield.systems.numerics.vision.estimation.expected_picture import Scene
 from sightfield.systems.numerics.vision.estimation.range_models import make_outline
-from sightfield.systems.numerics.vision.estimation.remainders import remainder_covariance
 
 SHAPE = 28, 44
 
