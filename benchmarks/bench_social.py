@@ -12,7 +12,7 @@ from sightfield.diagrams.social.report import summarise_search
 from sightfield.diagrams.social.run import run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import set_up_social_game
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
+from sightfield.systems.numerics.social.network.acceptance import MemoryNetwork
 
 pytestmark = pytest.mark.benchmarks
 

@@ -1,7 +1,7 @@
 from .diagrams.social.make_social_search import AddSocialSearch as AddSocialSearch
 from .diagrams.social.make_social_search import MakeSocialSearch as MakeSocialSearch
-from .diagrams.social.pictures.matches import draw_detections as draw_detections
 from .diagrams.social.report import draw_connectivity as draw_connectivity
+from .diagrams.social.report import draw_detections as draw_detections
 from .diagrams.social.report import draw_search as draw_search
 from .diagrams.social.report import summarise_search as summarise_search
 from .diagrams.social.report import write_search_report as write_search_report
@@ -25,11 +25,12 @@ from .systems.numerics.social.landmarks.maze import Landmark as Landmark
 from .systems.numerics.social.landmarks.maze import MarkerBlock as MarkerBlock
 from .systems.numerics.social.landmarks.maze import Maze as Maze
 from .systems.numerics.social.landmarks.thesis_maze import thesis_maze as thesis_maze
-from .systems.numerics.social.localisation.edges import edge_bearing as edge_bearing
-from .systems.numerics.social.localisation.edges import edge_distance as edge_distance
-from .systems.numerics.social.localisation.edges import square_by_edges as square_by_edges
 from .systems.numerics.social.localisation.location import Location as Location
 from .systems.numerics.social.localisation.location import locate_evader as locate_evader
+from .systems.numerics.social.localisation.perspective import edge_bearing as edge_bearing
+from .systems.numerics.social.localisation.perspective import edge_distance as edge_distance
+from .systems.numerics.social.localisation.perspective import square_by_edges as square_by_edges
+from .systems.numerics.social.network.acceptance import MemoryNetwork as MemoryNetwork
 from .systems.numerics.social.network.acceptance import (
     MutualFriendsAcceptance as MutualFriendsAcceptance,
 )
@@ -44,7 +45,6 @@ from .systems.numerics.social.network.friendship_chain import (
     connected_fraction as connected_fraction,
 )
 from .systems.numerics.social.network.friendship_chain import friendship_chain as friendship_chain
-from .systems.numerics.social.network.interface import MemoryNetwork as MemoryNetwork
 from .systems.numerics.social.network.interface import SocialNetwork as SocialNetwork
 from .systems.numerics.social.recognition.recognition import LandmarkDetection as LandmarkDetection
 from .systems.numerics.social.recognition.recognition import Recognition as Recognition

@@ -28,7 +28,6 @@ from .systems.numerics.tracking.assignment.team_view import TeamView as TeamView
 from .systems.numerics.tracking.assignment.voting import borda_printed as borda_printed
 from .systems.numerics.tracking.assignment.voting import borda_scores as borda_scores
 from .systems.numerics.tracking.corner_game import corner_table as corner_table
-from .systems.numerics.tracking.modified_field import modified_velocities as modified_velocities
 from .systems.numerics.tracking.risk import MEAN as MEAN
 from .systems.numerics.tracking.risk import NEAREST as NEAREST
 from .systems.numerics.tracking.risk import RISK_FUNCTIONS as RISK_FUNCTIONS
@@ -39,6 +38,7 @@ from .systems.numerics.tracking.risk import team_risk as team_risk
 from .systems.numerics.tracking.sight_state import observe as observe
 from .systems.numerics.tracking.sight_state import sight_size as sight_size
 from .systems.numerics.tracking.sight_state import split_sight as split_sight
+from .systems.numerics.tracking.team_pursuit import modified_velocities as modified_velocities
 from .systems.tracking import AdversarialEvaders as AdversarialEvaders
 from .systems.tracking import AgentTeam as AgentTeam
 from .systems.tracking import AgentTeam_ as AgentTeam_

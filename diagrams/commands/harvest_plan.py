@@ -19,7 +19,7 @@ from ..harvest import scenarios
 from ..harvest.fleet_size import MOST, WhatItTakes, as_object, find_what_it_takes
 from ..outputs import optional_folder, write_json
 from ..scenario_files import builtin_scenarios
-from .harvest_asked import (
+from .harvest_run import (
     CartsOption,
     CombinesOption,
     CoordinatesOption,

@@ -9,8 +9,7 @@ import numpy as np
 import shapely
 from pydrake.geometry import Rgba
 
-from ..tracking.scene.colours import FAINT_INK, INK, PAPER
-from ..tracking.scene.layout import Layout
+from ..tracking.scene.layout import FAINT_INK, INK, PAPER, Layout
 from ..visuals.meshes import flat_mesh, unit_bar_mesh
 from ..visuals.stage import Stage
 from ..visuals.text import Digits, advance, text_mesh

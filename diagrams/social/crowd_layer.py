@@ -16,8 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.social.landmarks.maze import Maze
-from ..tracking.scene.colours import EVADER, PAPER, PURSUER
-from ..tracking.scene.layout import Layout
+from ..tracking.scene.layout import EVADER, PAPER, PURSUER, Layout
 from ..visuals.lighting import paint
 from ..visuals.meshes import bar_mesh, disc_mesh, extruded_mesh, flat_mesh, merged
 from ..visuals.stage import Keyframes, Stage

@@ -11,8 +11,7 @@ from ...systems.numerics.social.localisation.location import Reading
 from ...systems.numerics.social.network.interface import Picture
 from ...systems.numerics.social.recognition.picture_files import decode_picture
 from ...systems.numerics.social.recognition.references import MARKER
-from ..tracking.scene.colours import FAINT_INK, PAPER
-from ..tracking.scene.layout import Layout
+from ..tracking.scene.layout import FAINT_INK, PAPER, Layout
 from ..visuals.lighting import picture_square
 from ..visuals.meshes import flat_mesh
 from ..visuals.stage import Stage

@@ -5,7 +5,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from ...systems.drake_types import add_named
 from ...systems.numerics.errors import require_type
-from ...systems.numerics.social.network.interface import MemoryNetwork, SocialNetwork
+from ...systems.numerics.social.network.acceptance import MemoryNetwork
+from ...systems.numerics.social.network.interface import SocialNetwork
 from ...systems.numerics.social.routes.outlook import make_outlook
 from ...systems.social.forward_cameras import PicturePoster
 from ...systems.social.network_evolution import AgentInterest, ImageScanner, NetworkEvolution

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from ...hardware_io.social.local_server import LocalServer
 from ...systems.numerics.errors import require, require_extra, require_one_of
-from ...systems.numerics.social.network.interface import MemoryNetwork, SocialNetwork
+from ...systems.numerics.social.network.acceptance import MemoryNetwork
+from ...systems.numerics.social.network.interface import SocialNetwork
 from .social_game import SocialGame
 
 KINDS = ("memory", "matrix")

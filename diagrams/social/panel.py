@@ -8,8 +8,7 @@ import math
 import numpy as np
 import shapely
 
-from ..tracking.scene.colours import FAINT_INK, IN_SIGHT, INK, LOST, PAPER, PURSUER
-from ..tracking.scene.layout import Layout
+from ..tracking.scene.layout import FAINT_INK, IN_SIGHT, INK, LOST, PAPER, PURSUER, Layout
 from ..visuals.meshes import Mesh, bar_mesh, disc_mesh, flat_mesh
 from ..visuals.stage import Stage
 from ..visuals.text import Digits, advance, text_mesh

@@ -9,7 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...systems.numerics.geometry.edge_index import build_edge_index, clearances
-from ...systems.numerics.tracking.body_gaps import count_contacts, gaps_between_samples, pair_gaps
+from ...systems.numerics.tracking.collision_stop import (
+    count_contacts,
+    gaps_between_samples,
+    pair_gaps,
+)
 from ..outputs import write_json
 from ..rosbag.bag import RosBag
 from ..visuals.replay import write_replay

@@ -15,9 +15,8 @@ from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_game import corner_table
-from ...systems.numerics.tracking.modified_field import modified_velocities
 from ...systems.numerics.tracking.risk import RISK_VECTORS
-from ...systems.numerics.tracking.team_pursuit import sample_field
+from ...systems.numerics.tracking.team_pursuit import modified_velocities, sample_field
 from ...systems.tracking.assignment import Assignment
 from ...systems.tracking.game_ports import codes_of
 from ...systems.tracking.line_of_sight import LineOfSight, SightLossMonitor

@@ -11,8 +11,7 @@ from pydrake.systems.sensors import ImageRgba8U
 from ...systems.drake_types import AbstractValue, read
 from ...systems.numerics.vision.omni_optics import OmniCamera
 from ...systems.numerics.vision.whereabouts.reachable_set import PlaceGrid, make_place_grid
-from ..tracking.scene.colours import FAINT_INK, PAPER
-from ..tracking.scene.layout import Layout, make_layout
+from ..tracking.scene.layout import FAINT_INK, PAPER, Layout, make_layout
 from ..visuals.lighting import paint, picture_square
 from ..visuals.meshes import disc_mesh, flat_mesh
 from ..visuals.stage import Stage

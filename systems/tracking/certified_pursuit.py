@@ -8,7 +8,7 @@ from pydrake.systems.framework import LeafSystem
 from ..drake_types import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_positive
 from ..numerics.geometry.world import World
-from ..numerics.tracking.body_gaps import gap_to_paths, gap_to_runners
+from ..numerics.tracking.collision_stop import gap_to_paths, gap_to_runners
 from ..numerics.tracking.visibility_game.certificates import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .collision_avoidance import body_radii

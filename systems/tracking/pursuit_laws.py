@@ -10,7 +10,7 @@ from ..numerics.errors import require, require_finite, require_non_negative, req
 from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World
 from ..numerics.tracking.lookahead import lookahead_velocities
-from ..numerics.tracking.modified_field import modified_velocities
+from ..numerics.tracking.team_pursuit import modified_velocities
 from .game_ports import FieldRule, GamePorts
 
 

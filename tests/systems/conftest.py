@@ -41,8 +41,7 @@ from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
-from sightfield.systems.numerics.social.network.acceptance import thesis_temperaments
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
+from sightfield.systems.numerics.social.network.acceptance import MemoryNetwork, thesis_temperaments
 from sightfield.systems.numerics.social.routes.infrared import InfraredRing
 from sightfield.systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from sightfield.systems.numerics.social.routes.outlook import make_outlook

@@ -20,8 +20,17 @@ from ...visuals.meshes import (
     unit_bar_mesh,
 )
 from ...visuals.stage import Keyframes, Stage
-from .colours import CHASE, FIELD, GROWN_BOUNDARY, LINE_OF_SIGHT, LOSING, OBSTACLE, PAPER, POLYGON
-from .layout import Layout
+from .layout import (
+    CHASE,
+    FIELD,
+    GROWN_BOUNDARY,
+    LINE_OF_SIGHT,
+    LOSING,
+    OBSTACLE,
+    PAPER,
+    POLYGON,
+    Layout,
+)
 
 # How often the arrows are drawn afresh [s].
 FIELD_PERIOD = 0.5

@@ -6,7 +6,8 @@ import shapely
 from ...visuals.meshes import Mesh, arrow_mesh, bar_mesh, disc_mesh, flat_mesh, line_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import Digits, advance, text_mesh
-from .colours import (
+from .floor_layers import BANDS
+from .layout import (
     CHASE,
     EVADER,
     FAINT_INK,
@@ -21,9 +22,8 @@ from .colours import (
     PAPER,
     POLYGON,
     PURSUER,
+    Layout,
 )
-from .floor_layers import BANDS
-from .layout import Layout
 from .robots import draw_ghost, numeral
 
 # Height of a letter, relative to the view's height.

@@ -9,8 +9,7 @@ from pydrake.geometry import Rgba
 from ...visuals.meshes import Mesh, disc_mesh, extruded_mesh, nose_mesh
 from ...visuals.stage import Stage
 from ...visuals.text import text_mesh
-from .colours import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE
-from .layout import Layout
+from .layout import CHOSEN, EVADER, EVADER_NOSE, PAPER, PURSUER, PURSUER_NOSE, Layout
 
 _COLOURS = {"pursuers": (PURSUER, PURSUER_NOSE), "evaders": (EVADER, EVADER_NOSE)}
 

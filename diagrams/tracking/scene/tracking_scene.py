@@ -10,9 +10,8 @@ from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSyste
 from ....systems.drake_types import read
 from ....systems.numerics.errors import require, require_positive
 from ....systems.numerics.geometry.world import World
-from ....systems.numerics.tracking.body_gaps import pair_gaps
+from ....systems.numerics.tracking.collision_stop import pair_gaps
 from ...visuals.stage import Stage
-from .colours import EVADER, PURSUER
 from .floor_layers import (
     FieldLayer,
     LosingLayer,
@@ -23,7 +22,7 @@ from .floor_layers import (
     VisibilityLayer,
     draw_world,
 )
-from .layout import Layout, make_layout, set_camera
+from .layout import EVADER, PURSUER, Layout, make_layout, set_camera
 from .panel import Panel
 from .robots import Team
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..errors import require, require_positive, require_type
 from .goal import Goal
-from .held_controls import held_states
-from .trailer import Trailer, trailer_rates
+from .trailer import Trailer, held_states, trailer_rates
 
 
 @dataclass(frozen=True, eq=False)

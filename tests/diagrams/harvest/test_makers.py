@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from sightfield.diagrams.commands.harvest_asked import asked_scenario
+from sightfield.diagrams.commands.harvest_run import asked_scenario
 from sightfield.diagrams.harvest.makers import figures_of, machines_of_makers
 from sightfield.diagrams.harvest.scenario import Carts, Combines, HarvestScenario
 from sightfield.diagrams.scenario_files import build

@@ -9,7 +9,7 @@ from sightfield.diagrams.social import scenarios
 from sightfield.diagrams.social.run import SocialRun, run_social_search
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.diagrams.social.social_game import SocialGame, set_up_social_game
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
+from sightfield.systems.numerics.social.network.acceptance import MemoryNetwork
 
 # The evader rests where all agents see it, and landmarks behind it; they hardly move.
 STANDING = (

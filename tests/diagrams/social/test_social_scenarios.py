@@ -9,8 +9,10 @@ from sightfield.diagrams.social.networks import NetworkChoice, open_network
 from sightfield.diagrams.social.scenario import SocialScenario
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index, clearances
-from sightfield.systems.numerics.social.network.acceptance import MutualFriendsAcceptance
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
+from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
+    MutualFriendsAcceptance,
+)
 
 
 def test_the_thesis_maze_has_the_tables_of_the_thesis(social_game):

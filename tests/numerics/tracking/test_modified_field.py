@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.modified_field import modified_velocities
+from sightfield.systems.numerics.tracking.team_pursuit import modified_velocities
 
 SPEED, STAND_OFF, FADE = 0.3, 0.4, 0.2
 FIELD = np.array([0.0, 0.3, -0.1, 0.2])

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.tracking.body_gaps import SAMPLES, gap_to_paths, gap_to_runners
+from sightfield.systems.numerics.tracking.collision_stop import (
+    SAMPLES,
+    gap_to_paths,
+    gap_to_runners,
+)
 
 
 @pytest.fixture

@@ -7,8 +7,12 @@ import pytest
 from pydrake.common.value import AbstractValue
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.social.localisation.camera_pose import CameraPose
-from sightfield.systems.numerics.social.localisation.location import Outcome, Reading, no_location
+from sightfield.systems.numerics.social.localisation.location import (
+    CameraPose,
+    Outcome,
+    Reading,
+    no_location,
+)
 from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.numerics.social.recognition.recognition import NOTHING
 from sightfield.systems.numerics.social.routes.outlook import make_outlook

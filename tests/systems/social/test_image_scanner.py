@@ -5,8 +5,12 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork, Picture
+from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
+    OwnAcceptance,
+    Temperaments,
+)
+from sightfield.systems.numerics.social.network.interface import Picture
 from sightfield.systems.social.network_evolution import ImageScanner
 
 

@@ -6,6 +6,7 @@ from pydrake.systems.analysis import Simulator
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
     OwnAcceptance,
     Temperaments,
     thesis_temperaments,
@@ -15,7 +16,6 @@ from sightfield.systems.numerics.social.network.evolution import (
     evolve,
     strangers,
 )
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
 from sightfield.systems.social.network_evolution import NetworkEvolution
 
 

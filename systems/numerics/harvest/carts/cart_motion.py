@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ...planning.held_controls import half_angle_map, half_angles
-from ...planning.trailer import trailer_pose
+from ...planning.trailer import half_angle_map, half_angles, trailer_pose
 from ..machines import Cart
 from ..paths import MachinePath, TimedPath, join_paths
 

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 
 from ...compiled import compiled
 from ...planning.car_paths import dubins_between
-from ...planning.held_controls import half_angle_map, half_angles
+from ...planning.trailer import half_angle_map, half_angles
 from ..machines import Cart
 from ..paths import cornering_limits
 from .cart_motion import trailer_poses

@@ -15,10 +15,9 @@ from ..turns.turn import combine_footprint
 from .candidates import MOST_COMBINES, Candidate, Passes, find_candidates, park, start_in_bay
 from .cut_ground import WITHIN, CutGround, covered_area
 from .driver import Driver, NoWay, lay_out_roads, path_time
-from .lands import drive_lands
+from .lands import drive_lands, drive_rounds
 from .loops import crop_to_offset
 from .precedence import MOST_UNDER_BODIES, CropPrecedence, can_finish, find_precedence
-from .shared_rounds import drive_rounds
 
 # Patterns of coverage.
 PATTERNS = ("lands", "thesis")

@@ -12,9 +12,8 @@ import numpy as np
 
 from ...compiled import compiled, kernel
 from ..goal import Goal
-from ..held_controls import half_angles, held_states
 from ..plan import TrailerPath
-from ..trailer import Trailer
+from ..trailer import Trailer, half_angles, held_states
 from .words import Endings, Words, control_set, endings_of, normalised, within_jackknife, words_of
 
 TURN = 2.0 * math.pi

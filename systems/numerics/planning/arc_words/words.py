@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled
-from ..held_controls import half_angle_map, half_angles, shift_of
-from ..trailer import Trailer
+from ..trailer import Trailer, half_angle_map, half_angles, shift_of
 
 
 def normalised(trailer: Trailer) -> Trailer:

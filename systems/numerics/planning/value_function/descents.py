@@ -13,8 +13,8 @@ import numpy as np
 
 from ..arc_words.words import control_set
 from ..goal import Goal
-from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
+from ..trailer import hold_beta, shift_of
 from .value_function import ValueFunction
 
 # Width of the beam: for each first turn, half as many ways are kept after each step.

@@ -17,8 +17,7 @@ from ..arc_words.linear_steps import ROOM, merge, refine, shorten, stays
 from ..arc_words.quickest import enter_box
 from ..arc_words.words import Endings, Words, endings_of, within_jackknife, words_of
 from ..goal import Goal
-from ..held_controls import half_angles
-from ..trailer import Trailer
+from ..trailer import Trailer, half_angles
 from .grid import StateGrid
 from .known_words import HELD, MOST_ARCS, KnownWords, aim_of, word_controls
 from .obstacles import Walls, overlaps

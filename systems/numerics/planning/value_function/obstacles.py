@@ -12,8 +12,7 @@ from ..arc_words.quickest import ArcWord
 from ..arc_words.shortened import advance, normalised_in_radii
 from ..arc_words.words import control_set
 from ..footprint import TRACTOR, TRAILER, Discs, signed_distance
-from ..held_controls import hold_beta
-from ..trailer import Trailer
+from ..trailer import Trailer, hold_beta
 from .grid import StateGrid
 
 # Checks for walls along a step, per angle between theta nodes.

@@ -20,9 +20,8 @@ from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import OVERLAP, Clearance, after, end_of, merged, shortened
 from ..goal import Goal
-from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
-from ..trailer import Trailer
+from ..trailer import Trailer, hold_beta, shift_of
 from .descents import descents
 from .obstacles import SPARE, room_along, room_of, with_spare
 from .value_function import ValueFunction, word_known

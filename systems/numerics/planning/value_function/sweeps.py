@@ -24,8 +24,7 @@ from numba.extending import register_jitable
 
 from ...compiled import compiled, kernel
 from ..arc_words.words import control_set
-from ..held_controls import hold_beta, shift_of
-from ..trailer import Trailer
+from ..trailer import Trailer, hold_beta, shift_of
 from .grid import THESIS_ANGLES, StateGrid
 
 # Durations of long steps, in angles between theta nodes of the thesis's grid. Finer grids have them

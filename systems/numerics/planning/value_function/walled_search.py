@@ -16,9 +16,8 @@ import numpy as np
 from ...compiled import compiled
 from ..arc_words.words import control_set
 from ..goal import Goal
-from ..held_controls import hold_beta, shift_of
 from ..plan import TrailerPath
-from ..trailer import Trailer
+from ..trailer import Trailer, hold_beta, shift_of
 from .obstacles import Walls, overlaps
 from .value_function import ValueFunction, look_up_in_reach
 

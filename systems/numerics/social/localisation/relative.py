@@ -13,8 +13,14 @@ from ...errors import require_one_of
 from ..landmarks.forward_camera import ForwardCamera
 from ..landmarks.maze import MarkerBlock
 from ..recognition.recognition import LandmarkDetection
-from .edges import middle_by_size, square_by_edges
-from .perspective import fit_square, slopes, square_by_pnp, starting_poses
+from .perspective import (
+    fit_square,
+    middle_by_size,
+    slopes,
+    square_by_edges,
+    square_by_pnp,
+    starting_poses,
+)
 
 # thesis: two vertical edges by (2.14) as printed. edges: by (2.14) corrected. pnp: plain solvePnP.
 # level: weighted least squares, given that the camera is level and the heights of lens and square.

@@ -24,7 +24,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .byte_rows import copy, erode, step_up
 from .plane_steps import (
     BEST,
     DUE,
@@ -35,8 +34,11 @@ from .plane_steps import (
     PLAN,
     PLANE,
     STRIP,
+    copy,
+    erode,
     lay_eroded,
     make_buffers,
+    step_up,
 )
 from .planes import COLUMN, COLUMNS, FOR_EVER, ROW, ROWS, SLOT, TILE, Planes, Rules
 

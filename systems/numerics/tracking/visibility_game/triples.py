@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import compiled, kernel
-from .byte_rows import lower_to, raise_to
+from .plane_steps import lower_to, raise_to
 from .planes import ALL, FOR_EVER
 
 # Side of the blocks in which matrices are transposed.

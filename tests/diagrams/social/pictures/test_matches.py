@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.diagrams.social.pictures.matches import draw_detections, draw_reading
+from sightfield.diagrams.social.report import draw_detections, draw_reading
 from sightfield.systems.numerics.social.landmarks.thesis_maze import thesis_maze
 from sightfield.systems.numerics.social.localisation.location import Outcome, read_picture
 from sightfield.systems.numerics.social.network.interface import Picture

@@ -13,12 +13,13 @@ from sightfield.systems.numerics.planning.arc_words.words import (
     words_of,
 )
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.held_controls import (
+from sightfield.systems.numerics.planning.trailer import (
+    Trailer,
     half_angle_map,
     half_angles,
     hold_beta,
+    trailer_rates,
 )
-from sightfield.systems.numerics.planning.trailer import Trailer, trailer_rates
 
 GOAL = Goal(state=(0.0, 0.0, 0.0, 0.0), tolerance=THESIS_TOLERANCE)
 CARTS = [

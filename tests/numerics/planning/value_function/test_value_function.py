@@ -8,9 +8,8 @@ import pytest
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.planning.car_paths import dubins_lengths
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
-from sightfield.systems.numerics.planning.held_controls import hold_beta
 from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_casadi
-from sightfield.systems.numerics.planning.trailer import Trailer
+from sightfield.systems.numerics.planning.trailer import Trailer, hold_beta
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
 from sightfield.systems.numerics.planning.value_function.policy import attained_times
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function

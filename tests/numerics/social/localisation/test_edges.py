@@ -13,7 +13,7 @@ from sightfield.systems.numerics.social.landmarks.forward_camera import (
     project_forward,
 )
 from sightfield.systems.numerics.social.landmarks.maze import upright_square
-from sightfield.systems.numerics.social.localisation.edges import (
+from sightfield.systems.numerics.social.localisation.perspective import (
     edge_bearing,
     edge_distance,
     middle_by_size,

@@ -6,7 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
+from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
+    OwnAcceptance,
+    Temperaments,
+)
 from sightfield.systems.numerics.social.network.evolution import (
     FRIEND,
     STRANGER,
@@ -18,7 +22,7 @@ from sightfield.systems.numerics.social.network.evolution import (
     take_answers,
     with_friends,
 )
-from sightfield.systems.numerics.social.network.interface import Answer, MemoryNetwork, Response
+from sightfield.systems.numerics.social.network.interface import Answer, Response
 
 
 def network_of(friending, unfriending, rejection, seed=0):

@@ -7,6 +7,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
     MutualFriendsAcceptance,
     OwnAcceptance,
     Temperaments,
@@ -22,7 +23,6 @@ from sightfield.systems.numerics.social.network.friendship_chain import (
     connected_fraction,
     friendship_chain,
 )
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork
 
 ITERATIONS = 20_000
 THESIS = thesis_temperaments()

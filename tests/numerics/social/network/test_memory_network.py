@@ -5,13 +5,13 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
     MutualFriendsAcceptance,
     OwnAcceptance,
     Temperaments,
 )
 from sightfield.systems.numerics.social.network.interface import (
     Answer,
-    MemoryNetwork,
     NotFriends,
     Picture,
     SocialNetwork,

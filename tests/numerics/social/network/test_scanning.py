@@ -3,8 +3,12 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.social.network.acceptance import OwnAcceptance, Temperaments
-from sightfield.systems.numerics.social.network.interface import MemoryNetwork, Picture, scan
+from sightfield.systems.numerics.social.network.acceptance import (
+    MemoryNetwork,
+    OwnAcceptance,
+    Temperaments,
+)
+from sightfield.systems.numerics.social.network.interface import Picture, scan
 
 
 def friendly_network(count):
