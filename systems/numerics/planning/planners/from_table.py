@@ -23,7 +23,7 @@ from ..footprint import Discs, covering_discs, path_overlap, require_clear_ends,
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
 from ..minimum_time.problem import Problem, near_best, resampled
-from ..minimum_time.seeds import detours
+from ..minimum_time.seeds import default_seeds, detours
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
@@ -77,6 +77,7 @@ def plan_from_table(
         discs: What the cart covers.
     """
     began = perf_counter()
+    trailer = value.trailer
     promised = float(value.looked_up(start))
     if math.isinf(promised):
         promised = float(look_up_in_reach(value, start))
@@ -103,24 +104,26 @@ def plan_from_table(
     status, way = "arrived", "driven down the table"
     converged = value.converged and not value.warnings
     residual = value.residual
-    seeds = {"driven down the table, then polished": [path] if len(path.controls) else None}
-    if value.trailer.reverse and (quicker := _quicker_ways(value, start, goal, world, discs, time)):
-        seeds["words drawn at random, then polished"] = quicker
+    seeds: dict[str, list[TrailerPath]] = {}
+    if len(path.controls):
+        seeds["driven down the table, then polished"] = [path]
+        if quicker := _quicker_ways(trailer, start, goal, world, discs, path):
+            seeds["found by a small programme, then polished"] = quicker
     polished = {
-        name: plan_by_casadi(value.trailer, start, goal, seeds=each, obstacles=world, discs=discs)
+        name: plan_by_casadi(trailer, start, goal, seeds=each, obstacles=world, discs=discs)
         for name, each in seeds.items()
     }
-    name = min(seeds, key=lambda name: (not polished[name].converged, polished[name].time))
-    best = polished[name]
+    reached = [name for name, each in polished.items() if each.converged]
+    name = min(reached, key=lambda name: polished[name].time, default=None)
     # The programme's path ends where it should, whatever the grid resolved.
-    better = best.time < time * (1 - _LESS) or bool(value.warnings)
-    if better and best.converged and best.path is not None:
+    if name and (polished[name].time < time * (1 - _LESS) or value.warnings):
+        best = polished[name]
         path, way = best.path, name
         converged, residual = value.converged, best.residual
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
-    radius = value.trailer.speed / value.trailer.turn_rate
+    radius = trailer.speed / trailer.turn_rate
     ends = start[:2], goal.state[:2]
     saved = saved_by_narrow_passages(world, discs, value.grid.step, *ends)
     notes["narrow"] = saved > WORTH * radius
@@ -143,25 +146,26 @@ def plan_from_table(
 
 
 def _quicker_ways(
-    value: ValueFunction,
+    trailer: Trailer,
     start: Sequence[float],
     goal: Goal,
     world: World,
     discs: Discs,
-    time: float,
+    driven: TrailerPath,
 ) -> list[TrailerPath]:
-    """Ways among walls that a small programme finds from drawn words, quicker than a time [s].
+    """Ways among walls that a small programme finds, quicker than the one that was driven.
 
-    A cart that may reverse has more of them than a table tells apart: those with other cusps.
+    It starts from that way, from ways round corners, and for a cart that may reverse from words
+    drawn at random: such a cart has more ways than a table tells apart, those with other cusps.
     """
-    trailer = value.trailer
     problem = Problem(trailer, checked_start(trailer, start, goal), goal, _ITERATIONS, world, discs)
-    words = scattered_words(trailer, start, goal, SCATTERED)
-    tried = [
-        problem.solve(resampled(word_path(trailer, problem.start, word), _INTERVALS))
-        for word in words
-    ]
-    found = [each for each in tried if each.is_path and each.time < time * (1 - _SAVED)]
+    seeds = [driven, *default_seeds(problem)[0]]
+    if trailer.reverse:
+        words = scattered_words(trailer, start, goal, SCATTERED)
+        seeds += [word_path(trailer, problem.start, word) for word in words]
+    tried = [problem.solve(resampled(seed, _INTERVALS)) for seed in seeds]
+    quick = float(driven.times[-1]) * (1 - _SAVED)
+    found = [each for each in tried if each.is_path and each.time < quick]
     return [each.path for each in near_best(found)] if found else []
 
 
