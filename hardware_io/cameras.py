@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..systems.drake_types import AbstractValue, state_vector
+from ..systems.drake_parts import AbstractValue, state_vector
 from ..systems.numerics.errors import InvalidInput, require, require_positive
 from ..systems.numerics.station.channel import freshness
 

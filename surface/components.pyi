@@ -6,8 +6,8 @@ from .diagrams.scenario_files import load_scenario as load_scenario
 from .diagrams.visuals.live_page import open_live_page as open_live_page
 from .diagrams.visuals.replay import RecordedScene as RecordedScene
 from .diagrams.visuals.replay import write_replay as write_replay
-from .systems.drake_types import read as read
-from .systems.numeric_parameters import NumericParameters as NumericParameters
+from .systems.drake_parts import NumericParameters as NumericParameters
+from .systems.drake_parts import read as read
 from .systems.numerics.errors import InvalidInput as InvalidInput
 from .systems.numerics.errors import SightfieldError as SightfieldError
 from .systems.numerics.errors import require as require

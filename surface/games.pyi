@@ -4,10 +4,6 @@ from .diagrams.tracking.corner_picture import draw_corner_game as draw_corner_ga
 from .diagrams.tracking.guarantee_picture import draw_guarantee as draw_guarantee
 from .diagrams.tracking.solved_game import solved_game as solved_game
 from .diagrams.tracking.solved_game import solved_game_of_two as solved_game_of_two
-from .systems.numerics.tracking.corner_fields import FIELDS as FIELDS
-from .systems.numerics.tracking.corner_fields import corner_field as corner_field
-from .systems.numerics.tracking.corner_fields import margin_field as margin_field
-from .systems.numerics.tracking.corner_fields import table_field as table_field
 from .systems.numerics.tracking.corner_game import IN_STAR as IN_STAR
 from .systems.numerics.tracking.corner_game import REGION_NAMES as REGION_NAMES
 from .systems.numerics.tracking.corner_game import escape_time as escape_time
@@ -15,8 +11,12 @@ from .systems.numerics.tracking.corner_game import from_corner_frame as from_cor
 from .systems.numerics.tracking.corner_game import margins as margins
 from .systems.numerics.tracking.corner_game import region as region
 from .systems.numerics.tracking.corner_game import to_corner_frame as to_corner_frame
+from .systems.numerics.tracking.corner_policies import FIELDS as FIELDS
+from .systems.numerics.tracking.corner_policies import corner_field as corner_field
 from .systems.numerics.tracking.corner_policies import evader_policy as evader_policy
+from .systems.numerics.tracking.corner_policies import margin_field as margin_field
 from .systems.numerics.tracking.corner_policies import pursuer_policy as pursuer_policy
+from .systems.numerics.tracking.corner_policies import table_field as table_field
 from .systems.numerics.tracking.corner_study.best_response import (
     solve_best_response as solve_best_response,
 )

@@ -10,15 +10,16 @@ from pydrake.systems.framework import LeafSystem
 from pydrake.systems.scalar_conversion import TemplateSystem
 from pydrake.trajectories import PiecewisePolynomial
 
-from .drake_types import (
+from .drake_parts import (
     AbstractValue,
     BasicVector_,
     LeafSystem_,
+    NumericParameters,
     any_scalar,
     default_instance,
     read,
+    with_scalars,
 )
-from .numeric_parameters import NumericParameters, with_scalars
 from .numerics.errors import require, require_finite, require_non_negative, require_positive
 from .numerics.planning.path_tracking import make_path_tracker, tracking_control
 from .numerics.planning.plan import TrailerPath, require_path

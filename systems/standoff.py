@@ -7,8 +7,14 @@ import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from .drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
-from .numeric_parameters import NumericParameters, with_scalars
+from .drake_parts import (
+    BasicVector_,
+    LeafSystem_,
+    NumericParameters,
+    any_scalar,
+    default_instance,
+    with_scalars,
+)
 from .numerics.errors import require, require_finite
 from .numerics.standoff.loop import ErrorModel, StandoffLoop
 from .numerics.standoff.response import require_start

@@ -34,6 +34,7 @@ from .shared import (
     RunFolderOption,
     SecondsOption,
     SeedOption,
+    WatchedRun,
     given_options,
     plain_table,
     progress_bar,
@@ -42,7 +43,6 @@ from .shared import (
     tell,
     with_options,
 )
-from .watched_run import WatchedRun
 
 # A sweep of weights is not watched, and has no weight of its own.
 BESIDE_SWEEP = ("weight", "meshcat", "replay", "realtime")

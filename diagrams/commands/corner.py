@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from ...systems.numerics.errors import require, require_positive
-from ...systems.numerics.tracking.corner_fields import FIELDS, field_grid, partition, require_near
 from ...systems.numerics.tracking.corner_game import (
     HIDDEN,
     REGION_1,
@@ -16,6 +15,7 @@ from ...systems.numerics.tracking.corner_game import (
     margins,
     to_corner_frame,
 )
+from ...systems.numerics.tracking.corner_policies import FIELDS, field_grid, partition, require_near
 from ..outputs import optional_folder, write_json
 from ..tracking.corner_picture import save_corner_picture
 from .shared import JsonOption, summary_table, tell

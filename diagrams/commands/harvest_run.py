@@ -26,8 +26,14 @@ from ..scenario_files import (
 )
 from .harvest_audit import UNITS as AUDIT_UNITS
 from .harvest_audit import figures_table
-from .shared import JsonSummaryOption, MeshcatOption, ReplayOption, RunFolderOption, with_options
-from .watched_run import WatchedRun
+from .shared import (
+    JsonSummaryOption,
+    MeshcatOption,
+    ReplayOption,
+    RunFolderOption,
+    WatchedRun,
+    with_options,
+)
 
 FieldOption = Annotated[
     Path | None,

@@ -27,10 +27,10 @@ from .shared import (
     RunFolderOption,
     SecondsOption,
     SeedOption,
+    WatchedRun,
     plain_table,
     with_options,
 )
-from .watched_run import WatchedRun
 
 
 def server(

@@ -20,10 +20,10 @@ from .shared import (
     ReplayOption,
     SecondsOption,
     SeedOption,
+    WatchedRun,
     plain_table,
     with_options,
 )
-from .watched_run import WatchedRun
 
 # What the log is called for other tools.
 _MCAP = "log.mcap"

@@ -11,7 +11,7 @@ import shapely
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from ...systems.drake_types import read
+from ...systems.drake_parts import read
 from ...systems.numerics.harvest.field.yield_map import mean_density
 from ...systems.numerics.harvest.machines import COLUMNS, CUT, LOST
 from ..tracking.scene.layout import make_layout, set_camera

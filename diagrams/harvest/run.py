@@ -10,7 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import LogVectorOutput
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.harvest.machine_drivers import MachineDrivers
 from ...systems.harvest.teams import AugerTransfer, CombineTeam, GrainCartTeam
 from ...systems.numerics.errors import require_type

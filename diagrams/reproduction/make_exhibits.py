@@ -16,8 +16,14 @@ from .exhibits.harvest import FIELD_PATHS, UNLOADING
 from .exhibits.planning import CART_PATHS, CART_SWEEP
 from .exhibits.social import LANDMARK_LOCATION, SOCIAL_CONNECTIVITY
 from .exhibits.solved_game import SOLVED_GAME
-from .exhibits.teams import ALLOCATIONS, TEAM_TIMES
-from .exhibits.tracking import CORNER_FIELDS, CORNER_POLICIES, RISK_TRACKS, VECTOR_FIELDS
+from .exhibits.tracking import (
+    ALLOCATIONS,
+    CORNER_FIELDS,
+    CORNER_POLICIES,
+    RISK_TRACKS,
+    TEAM_TIMES,
+    VECTOR_FIELDS,
+)
 from .exhibits.vision import CAMERA_ERRORS, STANDOFF_RESPONSES
 
 EXHIBITS = (

@@ -3,7 +3,7 @@
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import require_type
 from ...systems.numerics.social.network.acceptance import MemoryNetwork
 from ...systems.numerics.social.network.interface import SocialNetwork

@@ -6,7 +6,7 @@ from functools import partial
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, Multiplexer
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.social.routes.motion import FollowingLaw, WanderingLaw
 from ...systems.numerics.social.routes.shortest_route import build_route_graph
 from ...systems.numerics.vision.sensor import Sensor

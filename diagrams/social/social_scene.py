@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from ...systems.drake_types import AbstractValue, read
+from ...systems.drake_parts import AbstractValue, read
 from ...systems.numerics.social.network.interface import Picture
 from ..tracking.scene.floor_layers import draw_world
 from ..tracking.scene.layout import Layout, make_layout, set_camera

@@ -14,7 +14,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import Multiplexer
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import require, require_type
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.station.pose_checks import PoseLimits

@@ -9,7 +9,7 @@ from pydrake.systems.primitives import (
     Multiplexer,
 )
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from .scenario import StationScenario
 
 COMMANDS = "team.velocity_commands"

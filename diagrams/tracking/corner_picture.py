@@ -14,12 +14,6 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Polygon
 
-from ...systems.numerics.tracking.corner_fields import (
-    BLOCKED,
-    field_grid,
-    partition,
-    pursuer_partition,
-)
 from ...systems.numerics.tracking.corner_game import (
     HIDDEN,
     IN_STAR,
@@ -28,6 +22,12 @@ from ...systems.numerics.tracking.corner_game import (
     REGION_3,
     REGION_4,
     REGION_5,
+)
+from ...systems.numerics.tracking.corner_policies import (
+    BLOCKED,
+    field_grid,
+    partition,
+    pursuer_partition,
 )
 
 OBSTACLE = "#3a9d5d"

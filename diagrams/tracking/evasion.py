@@ -5,7 +5,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import MatrixGain
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import InvalidInput, require_type
 from ...systems.numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from ...systems.tracking.best_response_evaders import BestResponseEvaders

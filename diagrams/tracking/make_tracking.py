@@ -14,14 +14,14 @@ from pydrake.systems.primitives import (
     LinearSystem,
 )
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import require, require_one_of, require_type
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
 from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import AssignmentRule
-from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_game import corner_table
+from ...systems.numerics.tracking.corner_policies import FIELDS
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.numerics.tracking.team_pursuit import sample_field
 from ...systems.tracking.assignment import Assignment, GuaranteeAssignment

@@ -18,7 +18,7 @@ from ...systems.numerics.tracking.assignment.holding import HOLDS
 from ...systems.numerics.tracking.assignment.rules import ASSIGNMENT_RULES
 from ...systems.numerics.tracking.assignment.team_view import EXTRA_PURSUERS
 from ...systems.numerics.tracking.assignment.voting import MOST_EVADERS
-from ...systems.numerics.tracking.corner_fields import FIELDS
+from ...systems.numerics.tracking.corner_policies import FIELDS
 from ...systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ...systems.numerics.tracking.visibility_game.bottleneck import SWITCHES
 from ..world_source import WorldSource

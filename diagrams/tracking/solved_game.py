@@ -26,7 +26,7 @@ from ...systems.numerics import geometry
 from ...systems.numerics.errors import InvalidInput
 from ...systems.numerics.geometry.world import World
 from ...systems.numerics.tracking import visibility_game
-from ...systems.numerics.tracking.visibility_game.certificates import certified_grid, turning_time
+from ...systems.numerics.tracking.visibility_game.bounds import certified_grid, turning_time
 from ...systems.numerics.tracking.visibility_game.files import (
     load_guaranteed_times,
     save_guaranteed_times,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import DiagramBuilder, InputPort, OutputPort, System
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import require, require_type
 from ...systems.numerics.geometry.edge_index import index_regions, point_is_free
 from ...systems.numerics.geometry.world import World

@@ -9,12 +9,12 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, Demultiplexer, Multiplexer
 
-from ...systems.drake_types import add_named
+from ...systems.drake_parts import add_named
 from ...systems.numerics.errors import require_type
 from ...systems.numerics.geometry.edge_index import build_edge_index
 from ...systems.numerics.geometry.visibility_polygon import visibility_polygon
-from ...systems.numerics.tracking.corner_fields import FIELDS
 from ...systems.numerics.tracking.corner_game import corner_table
+from ...systems.numerics.tracking.corner_policies import FIELDS
 from ...systems.numerics.tracking.risk import RISK_VECTORS
 from ...systems.numerics.tracking.team_pursuit import modified_velocities, sample_field
 from ...systems.tracking.assignment import Assignment

@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat, Rgba
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ...systems.drake_types import AbstractValue, read
+from ...systems.drake_parts import AbstractValue, read
 from ...systems.numerics.vision.omni_optics import OmniCamera
 from ...systems.numerics.vision.whereabouts.reachable_set import PlaceGrid, make_place_grid
 from ..tracking.scene.layout import FAINT_INK, PAPER, Layout, make_layout

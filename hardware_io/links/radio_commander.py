@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-from ...systems.drake_types import read, state_vector
+from ...systems.drake_parts import read, state_vector
 from ...systems.numerics.errors import require, require_non_negative, require_positive
 from .robot_link import RobotLink, RobotReport
 

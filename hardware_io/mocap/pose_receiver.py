@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import LeafSystem
 
-from ...systems.drake_types import state_vector
+from ...systems.drake_parts import state_vector
 from ...systems.numerics.errors import require, require_positive
 from ...systems.numerics.station.channel import freshness
 

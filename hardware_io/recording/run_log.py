@@ -10,7 +10,7 @@ import numpy as np
 from pydrake.systems.framework import InputPort, LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ...systems.drake_types import AbstractValue, read
+from ...systems.drake_parts import AbstractValue, read
 from ...systems.numerics.errors import InvalidInput, require, require_non_negative, require_positive
 from .log_records import (
     ABOUT,

@@ -20,7 +20,7 @@ from typing import Protocol
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ...systems.drake_types import state_vector
+from ...systems.drake_parts import state_vector
 from ...systems.numerics.errors import require_positive
 from ...systems.station.gates import PAUSED, RUNNING, STOPPED
 from .view_address import HEADERS, is_host, is_origin

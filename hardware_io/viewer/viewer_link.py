@@ -13,7 +13,7 @@ import numpy as np
 import zmq
 from pydrake.systems.framework import LeafSystem
 
-from ...systems.drake_types import read
+from ...systems.drake_parts import read
 from ...systems.numerics.errors import require, require_non_negative, require_positive
 from ...systems.numerics.station.supervision import reason_words, standing_name, transitions
 from .messages import (

@@ -3,7 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import AbstractValue, read, state_vector
+from ..drake_parts import AbstractValue, read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.harvest.execution.advance import Disturbance, drive_on, pace_of
 from ..numerics.harvest.execution.fleet import at_trucks, lateness, pack_fleet, pack_tracks, steer

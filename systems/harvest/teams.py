@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import NumericParameters, read, state_vector
 from ..numerics.errors import require, require_positive
 from ..numerics.harvest.execution.fleet import cutting_on, pack_fleet, pack_tracks, poses_on
 from ..numerics.harvest.execution.planned_work import PlannedWork

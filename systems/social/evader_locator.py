@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import AbstractValue
+from ..drake_parts import AbstractValue
 from ..numerics.errors import require_non_negative, require_one_of, require_positive
 from ..numerics.social.landmarks.maze import Maze
 from ..numerics.social.localisation.location import Reading, nearest_free, read_picture

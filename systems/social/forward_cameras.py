@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from ..drake_types import AbstractValue, read
+from ..drake_parts import AbstractValue, read
 from ..numerics.errors import require_non_negative, require_positive
 from ..numerics.social.landmarks.maze import Maze
 from ..numerics.social.network.interface import Picture, SocialNetwork

@@ -34,7 +34,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from ..drake_types import AbstractValue
+from ..drake_parts import AbstractValue
 from ..numerics.errors import SightfieldError, require
 from ..numerics.social.landmarks.landmark_pictures import landmark_picture, marker_picture
 from ..numerics.social.landmarks.maze import Maze, picture_mtl, picture_obj, walls_obj

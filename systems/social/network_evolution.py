@@ -5,18 +5,19 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from ..drake_types import AbstractValue, read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import AbstractValue, NumericParameters, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive, require_whole
 from ..numerics.social.localisation.location import Reading
 from ..numerics.social.network.evolution import (
     FRIEND,
     Acquaintances,
     EvolutionLimits,
+    estimated_acceptance,
     evolve,
+    interest,
+    update_tallies,
     with_friends,
 )
-from ..numerics.social.network.information import estimated_acceptance, interest, update_tallies
 from ..numerics.social.network.interface import Scan, SocialNetwork, scan
 from ..numerics.social.routes.outlook import Outlook, belief, expected_view
 

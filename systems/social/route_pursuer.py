@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.geometry.edge_index import build_edge_index, index_regions
 from ..numerics.geometry.world import World

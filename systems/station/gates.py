@@ -6,8 +6,7 @@ They judge ages, take poses apart, and let commands through to robots that may d
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import NumericParameters, read, state_vector
 from ..numerics.errors import require_non_negative, require_positive, require_whole
 from ..numerics.station.supervision import Reason
 

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import AbstractValue, read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import AbstractValue, NumericParameters, read, state_vector
 from ..numerics.errors import require, require_positive, require_whole
 from ..numerics.station.channel import Channel, Flight, empty_flight, freshness, received, send
 from ..numerics.station.motion_checks import Chassis, wheel_ways

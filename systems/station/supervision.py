@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import AbstractValue, read, state_vector
+from ..drake_parts import AbstractValue, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive, require_whole
 from ..numerics.geometry.world import World
 from ..numerics.station.motion_checks import (

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import BasicVector_, LeafSystem_, any_scalar, default_instance
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import BasicVector_, LeafSystem_, NumericParameters, any_scalar, default_instance
 from ..numerics.compiled import compiled
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.tracking.mobile_agents import (

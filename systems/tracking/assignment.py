@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.holding import HOLDS, hold_or_choose, is_broken

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import require, require_non_negative, require_one_of, require_positive
 from ..numerics.geometry.edge_index import build_edge_index, index_regions
 from ..numerics.geometry.segment_sight import build_corner_index
@@ -27,7 +27,7 @@ from ..numerics.tracking.best_response.rollouts import (
     choose_plan,
     follow_plan,
 )
-from ..numerics.tracking.corner_fields import FIELDS
+from ..numerics.tracking.corner_policies import FIELDS
 from ..numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from ..numerics.tracking.visibility_game.board import make_board
 from ..numerics.tracking.visibility_game.bottleneck import SWITCHES

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import InvalidInput, require, require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.collision_stop import gap_to_paths, gap_to_runners
-from ..numerics.tracking.visibility_game.certificates import team_certificate
+from ..numerics.tracking.visibility_game.bounds import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .collision_avoidance import body_radii
 from .game_ports import FieldRule, GamePorts

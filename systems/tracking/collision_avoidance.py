@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import (
     require,
     require_non_negative,
@@ -16,8 +16,13 @@ from ..numerics.errors import (
 from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World
 from ..numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
-from ..numerics.tracking.collision_stop import NEAR, stop_at_robots, stop_at_walls
-from ..numerics.tracking.turn_taking import still_waiting, take_turns
+from ..numerics.tracking.collision_stop import (
+    NEAR,
+    still_waiting,
+    stop_at_robots,
+    stop_at_walls,
+    take_turns,
+)
 
 # Rank of a team: it yields, is among equals, or has the right of way.
 RANKS = (-1, 0, 1)

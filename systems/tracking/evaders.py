@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import NumericParameters, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive, require_whole
 from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.wall_sliding import SKIN

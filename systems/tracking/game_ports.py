@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import Context, LeafSystem
 
-from ..drake_types import read
+from ..drake_parts import read
 from ..numerics.errors import InvalidInput, require, require_non_negative, require_one_of
 from ..numerics.geometry.world import World
 from ..numerics.tracking.assignment.team_view import names_evaders
-from ..numerics.tracking.corner_fields import FIELDS
 from ..numerics.tracking.corner_game import corner_table
+from ..numerics.tracking.corner_policies import FIELDS
 from ..numerics.tracking.risk import RISK_VECTORS
 from ..numerics.tracking.sight_state import sight_size
 from ..numerics.tracking.team_pursuit import team_pursuit

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import AbstractValue, state_vector
+from ..drake_parts import AbstractValue, state_vector
 from ..numerics.errors import require_positive
 from ..numerics.geometry.world import World
 from ..numerics.tracking.visibility_game.board import make_board

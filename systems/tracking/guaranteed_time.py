@@ -3,10 +3,9 @@
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import NumericParameters, read, state_vector
 from ..numerics.errors import InvalidInput, require_positive
-from ..numerics.tracking.visibility_game.certificates import team_certificate
+from ..numerics.tracking.visibility_game.bounds import team_certificate
 from ..numerics.tracking.visibility_game.guaranteed_times import GuaranteedTimes
 from .game_ports import require_assignment
 

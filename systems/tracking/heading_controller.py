@@ -7,8 +7,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.scalar_conversion import TemplateSystem
 
-from ..drake_types import LeafSystem_, any_scalar, default_instance, read
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import LeafSystem_, NumericParameters, any_scalar, default_instance, read
 from ..numerics.compiled import compiled
 from ..numerics.errors import require_positive, require_whole
 from ..numerics.tracking.mobile_agents import heading_commands, turn_first_command

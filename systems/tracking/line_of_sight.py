@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read, state_vector
+from ..drake_parts import read, state_vector
 from ..numerics.errors import require_positive, require_whole
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.segment_sight import build_corner_index

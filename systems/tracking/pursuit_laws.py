@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 from pydrake.systems.framework import LeafSystem
 
-from ..drake_types import read
-from ..numeric_parameters import NumericParameters
+from ..drake_parts import NumericParameters, read
 from ..numerics.errors import require, require_finite, require_non_negative, require_positive
 from ..numerics.geometry.edge_index import index_regions
 from ..numerics.geometry.world import World

@@ -7,7 +7,7 @@ import shapely
 from pydrake.common.containers import namedview
 from pydrake.systems.framework import LeafSystem, ValueProducer
 
-from ..drake_types import AbstractValue, read, state_vector
+from ..drake_parts import AbstractValue, read, state_vector
 from ..numerics.errors import require, require_non_negative, require_positive
 from ..numerics.geometry.edge_index import build_edge_index
 from ..numerics.geometry.world import World

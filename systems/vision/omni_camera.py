@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import AbstractValue, read
+from ..drake_parts import AbstractValue, read
 from ..numerics.errors import require, require_positive
 from ..numerics.vision.omni_optics import OmniCamera, make_ray_table
 from ..numerics.vision.rendering import render

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem, ValueProducer
 from pydrake.systems.sensors import ImageRgba8U
 
-from ..drake_types import AbstractValue, read
+from ..drake_parts import AbstractValue, read
 from ..numerics.errors import require_one_of
 from ..numerics.vision.estimation.calibration import Calibration
 from ..numerics.vision.estimation.range_models import MODELS

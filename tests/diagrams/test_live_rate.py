@@ -128,7 +128,7 @@ def test_a_rate_that_is_asked_for_is_played(words, rate):
 
 def test_in_a_terminal_a_run_is_watched_unless_it_is_not_wanted(rate, monkeypatch):
     monkeypatch.setattr(
-        "sightfield.diagrams.commands.watched_run.sys",
+        "sightfield.diagrams.commands.shared.sys",
         SimpleNamespace(stdin=Terminal(), stdout=Terminal()),
     )
     assert rate(("track",)) == 1.0

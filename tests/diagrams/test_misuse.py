@@ -10,7 +10,7 @@ from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.make_tracking import AddSmoothing, AddTracking
 from sightfield.diagrams.tracking.scenario import Pursuers, TrackingScenario
 from sightfield.diagrams.tracking.team_ports import AddTeam
-from sightfield.systems.drake_types import add_named
+from sightfield.systems.drake_parts import add_named
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.tracking import Assignment, CollisionAvoidance, LineOfSight

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.polynomial_roots import unit_roots
+from sightfield.systems.numerics.geometry.team_sight import unit_roots
 
 
 def from_roots(roots, lead=1.0):

@@ -52,7 +52,7 @@ from sightfield.systems.numerics.station.channel import Channel
 from sightfield.systems.numerics.station.motion_checks import Chassis
 from sightfield.systems.numerics.station.pose_checks import PoseLimits
 from sightfield.systems.numerics.station.supervision import SupervisionRules
-from sightfield.systems.numerics.tracking.visibility_game.certificates import certified_grid
+from sightfield.systems.numerics.tracking.visibility_game.bounds import certified_grid
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context, EventStatus, InputPort, LeafSystem
 
-from ....systems.drake_types import read
+from ....systems.drake_parts import read
 from ....systems.numerics.errors import require, require_positive
 from ....systems.numerics.geometry.world import World
 from ....systems.numerics.tracking.collision_stop import pair_gaps

@@ -5,7 +5,7 @@ blocked in front of one another. So velocities are first chosen with foresight. 
 to the nearer side, if it would meet another within a second. Teammates yield to one another: their
 velocities are changed, as little as possible in total, so that nobody approaches a teammate faster
 than their gap allows. A standing robot is then pushed along by one that wants to pass. Teammates
-that hold each other up take turns, see `turn_taking`: the one whose turn it is turns aside for the
+that hold each other up take turns, see `take_turns`: the one whose turn it is turns aside for the
 other team only, as if its teammates were not there, and has a greater weight when they yield.
 Otherwise a robot between a teammate and another team's robot would find no way out on either side.
 Robots that keep a promise have the right of way: they keep their desired velocity, and stop only

@@ -15,7 +15,7 @@ import numpy as np
 from ..compiled import compiled
 from ..geometry.edge_index import EdgeIndex, point_is_free
 from ..geometry.segment_sight import segment_is_clear
-from .corner_fields import corner_field
+from .corner_policies import corner_field
 from .risk import remoteness, risk_weights
 from .sight_state import split_sight
 

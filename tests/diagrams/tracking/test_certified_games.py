@@ -19,7 +19,7 @@ from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.visibility_game.certificates import (
+from sightfield.systems.numerics.tracking.visibility_game.bounds import (
     turning_margin,
     turning_time,
 )

@@ -14,7 +14,7 @@ from sightfield.diagrams.tracking.corner_picture import (
     save_corner_picture,
 )
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.tracking.corner_fields import BLOCKED, FIELDS, partition
+from sightfield.systems.numerics.tracking.corner_policies import BLOCKED, FIELDS, partition
 
 PURSUER, EVADER = (1.0, -1.5), (-0.2, 0.6)
 

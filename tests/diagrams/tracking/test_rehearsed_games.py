@@ -22,8 +22,8 @@ from sightfield.systems.numerics.tracking.best_response.rollouts import (
     Rollout,
     play_plan,
 )
-from sightfield.systems.numerics.tracking.corner_fields import FIELDS
 from sightfield.systems.numerics.tracking.corner_game import corner_table
+from sightfield.systems.numerics.tracking.corner_policies import FIELDS
 from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS
 from sightfield.systems.numerics.tracking.visibility_game.board import make_board
 from sightfield.systems.numerics.tracking.visibility_game.responsibilities import (

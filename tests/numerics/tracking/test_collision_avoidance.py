@@ -14,8 +14,7 @@ from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.random_arena import Arena, draw_arena
 from sightfield.systems.numerics.geometry.world import make_world, shrink_world
 from sightfield.systems.numerics.tracking.collision_avoidance import YIELDING_TIME, avoid
-from sightfield.systems.numerics.tracking.collision_stop import NEAR
-from sightfield.systems.numerics.tracking.turn_taking import still_waiting, take_turns
+from sightfield.systems.numerics.tracking.collision_stop import NEAR, still_waiting, take_turns
 
 OPEN = [make_world([[-20, -20], [20, -20], [20, 20], [-20, 20]])]
 TOP_SPEED, PERIOD = 0.3, 0.05

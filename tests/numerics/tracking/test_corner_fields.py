@@ -6,13 +6,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.corner_fields import (
-    FIELDS,
-    corner_field,
-    margin_field,
-    table_field,
-    table_field_up,
-)
 from sightfield.systems.numerics.tracking.corner_game import (
     HIDDEN,
     IN_STAR,
@@ -23,6 +16,13 @@ from sightfield.systems.numerics.tracking.corner_game import (
     REGION_5,
     margins,
     region,
+)
+from sightfield.systems.numerics.tracking.corner_policies import (
+    FIELDS,
+    corner_field,
+    margin_field,
+    table_field,
+    table_field_up,
 )
 
 RIGHT = math.pi / 2

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
-from sightfield.systems.numerics.tracking.corner_fields import (
+from sightfield.systems.numerics.tracking.corner_game import HIDDEN, IN_STAR, REGION_1, REGION_NAMES
+from sightfield.systems.numerics.tracking.corner_policies import (
     BLOCKED,
     FIELDS,
     MARGIN,
@@ -18,7 +19,6 @@ from sightfield.systems.numerics.tracking.corner_fields import (
     partition,
     pursuer_partition,
 )
-from sightfield.systems.numerics.tracking.corner_game import HIDDEN, IN_STAR, REGION_1, REGION_NAMES
 
 RIGHT = math.pi / 2
 SQUARE = np.stack(np.meshgrid(np.linspace(-2, 2, 41), np.linspace(-2, 2, 41)), axis=-1)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sightfield.systems.numerics.tracking.corner_fields import margin_field
 from sightfield.systems.numerics.tracking.corner_game import (
     REGION_1,
     REGION_2,
@@ -20,6 +19,7 @@ from sightfield.systems.numerics.tracking.corner_game import (
 )
 from sightfield.systems.numerics.tracking.corner_policies import (
     evader_policy,
+    margin_field,
     pursuer_policy,
     table_evader_policy,
 )

@@ -7,8 +7,8 @@ from sightfield.systems.numerics.geometry.edge_index import build_edge_index
 from sightfield.systems.numerics.geometry.segment_sight import build_corner_index
 from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
 from sightfield.systems.numerics.tracking.corner_game import corner_table
+from sightfield.systems.numerics.tracking.corner_policies import FIELDS, corner_field
 from sightfield.systems.numerics.tracking.risk import RISK_VECTORS
 from sightfield.systems.numerics.tracking.sight_state import observe
 from sightfield.systems.numerics.tracking.team_pursuit import sample_field, team_pursuit

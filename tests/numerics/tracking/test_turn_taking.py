@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.tracking.turn_taking import (
+from sightfield.systems.numerics.tracking.collision_stop import (
     PATIENCE,
     TURN_LENGTH,
     still_waiting,

@@ -7,7 +7,7 @@ import pytest
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.tracking.mobile_agents import drive_step, heading_commands
-from sightfield.systems.numerics.tracking.visibility_game.certificates import turning_time
+from sightfield.systems.numerics.tracking.visibility_game.bounds import turning_time
 from sightfield.systems.tracking.heading_controller import TurnFirstController
 
 TOP_SPEED, TURN_RATE, PERIOD, GAIN = 0.3, 2.5, 0.05, 3.0

@@ -8,9 +8,8 @@ from enum import Enum
 from ...errors import require, require_non_negative
 from .best_visits import BestVisits
 from .carts import CartGroup, assign_combines, largest_scale
-from .certain_limit import certain_limit
 from .fleet import MOST, Fleet, Round, Truck
-from .limits import best_round, unloading_share
+from .limits import best_round, certain_limit, unloading_share
 from .periodic_plan import Aim, PeriodicPlan, Timetable, plan_round
 from .simulation import (
     CartRun,

@@ -33,9 +33,8 @@ from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
 from .best_word import RatedWord, best_short_word, grown_word, rounds_of_all
-from .certain_limit import is_excluded, last_factor
 from .fleet import Fleet, Round, Truck, round_of
-from .limits import best_rotation, best_round, unloading_share
+from .limits import best_rotation, best_round, is_excluded, last_factor, unloading_share
 from .periodic_plan import travel_scale_max
 from .word_limit import Tanks, Vector, tanks_of, ways_of, word_limit
 

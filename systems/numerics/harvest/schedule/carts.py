@@ -17,9 +17,8 @@ from functools import cache
 from itertools import combinations, pairwise, product
 
 from .best_visits import ACCURACY, ENOUGH, BestVisits, best_visits, can_keep_up, visits_that_serve
-from .certain_limit import is_excluded, least_carts
 from .fleet import LEAST, MOST, Fleet, Round, Truck, require_count, round_of
-from .limits import best_round
+from .limits import best_round, is_excluded, least_carts
 
 # The exact search takes time like 2^n n^2.
 _EXACT = 11

@@ -1,19 +1,34 @@
-"""What carts can achieve with one visit to each combine a round.
+"""What carts can achieve with one visit to each combine a round, and what no strategy beats.
 
 **The sequential strategy.** A round without trips to a truck visits each combine once. With rho_n =
 r_fn / r_un and ways of D in all, a cart that never waits has the period P = D / (1 - sum rho_n) and
 finds the loads L_n = r_fn (1 - rho_n) P. No other sequential strategy finds less, because in any
 period the cart must stay with combine n at least as long as unloading what it cut takes, rho_n P.
+
+**The bound for all strategies.** On average over time, carts stay with combine n for a share s_n of
+it, at least r_f / r_u, since the auger delivers no faster. From one visit to the next at most C /
+r_f passes, or the tank runs over, so that visits per second are at least (1 - s_n) r_f / C. Each
+visit takes a way to the combine and a way on from it, as many ways end at a combine as begin there,
+and carts must drive by the truck as often as the grain fills a cart. All this takes no more time
+than the carts have:
+
+    sum s_n + sum (ways per second) x (time of the way) + (time at the truck) <= carts.
+
+A linear programme makes the left side as small as it can be; the bound is the largest factor on all
+ways with which it still fits. Nothing is assumed about the order, the strategy, or who shares what,
+so that the bound holds for all of them. A single cart, moreover, cannot stay for ever among some of
+the combines; this links them.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
+from scipy.optimize import linprog
 
-from .fleet import Fleet, Round, Truck, round_of, sequential_round
+from .fleet import Fleet, Round, Truck, round_of, sequential_round, way_by_truck
 from .periodic_plan import Aim, plan_round, travel_scale_max
 from .word_limit import tanks_of, ways_of, word_limit
 
@@ -145,3 +160,170 @@ def _trip_intervals(fleet: Fleet, order: tuple[int, ...], truck: Truck) -> Itera
     for every in range(1, min(most, _LONGEST_ROUND) + 1):
         if math.lcm(every, size) <= _LONGEST_ROUND and (every <= 2 * size or every % size == 0):
             yield every
+
+
+# Combines up to which each subset is a constraint of one cart.
+_ALL_SUBSETS = 8
+# If ways longer by this factor still fit, driving does not count.
+_FARTHEST = 1e12
+
+
+def last_factor(
+    holds: Callable[[float], bool], low: float, high: float, accuracy: float, most: float
+) -> tuple[float, float]:
+    """Two factors close together: a condition holds at the first and fails at the second.
+
+    Both are infinite if it still holds beyond `most`.
+
+    Args:
+        holds: The condition; it holds at `low`, and once it fails it fails for all larger factors.
+        low: Where the search begins [-].
+        high: The first factor that is tried; it is doubled while the condition holds [-].
+        accuracy: Largest difference of the two, as a part of the second [-].
+        most: Factor beyond which the search ends [-].
+    """
+    while holds(high):
+        if high > most:
+            return math.inf, math.inf
+        low, high = high, 2.0 * high
+    while high - low > accuracy * high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
+
+
+def certain_limit(fleet: Fleet, carts: int, truck: Truck | None = None) -> float:
+    """The factor on all ways beyond which no strategy keeps every tank from running over.
+
+    Less than 1: no strategy does as things are. 0: none does even if driving took no time.
+    Infinite: driving does not count.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts of finite capacity unload; none: they hold any amount.
+    """
+    if _standing(fleet, truck) > carts * (1.0 + 1e-12):
+        return 0.0
+    programme = _Averages(fleet, carts, truck)
+
+    def fits(factor: float) -> bool:
+        return programme.least_time(factor) <= carts
+
+    return math.inf if fits(_FARTHEST) else last_factor(fits, 0.0, 1.0, 1e-9, _FARTHEST)[1]
+
+
+def is_excluded(fleet: Fleet, carts: int, truck: Truck | None = None) -> bool:
+    """Whether it is certain that no strategy keeps every tank from running over.
+
+    Args:
+        fleet: The combines.
+        carts: How many there are.
+        truck: Where carts of finite capacity unload, if anywhere.
+    """
+    if _standing(fleet, truck) > carts * (1.0 + 1e-12):
+        return True
+    return _Averages(fleet, carts, truck).least_time(1.0) > carts * (1.0 + 1e-9)
+
+
+def least_carts(fleet: Fleet, truck: Truck | None = None) -> int:
+    """Least number of carts that could keep every tank from running over, whatever they do.
+
+    Args:
+        fleet: The combines.
+        truck: Where carts of finite capacity unload, if anywhere.
+    """
+    many = 2 * fleet.size
+    busy = max(_standing(fleet, truck), _Averages(fleet, many, truck).least_time(1.0))
+    return max(1, math.ceil(busy * (1.0 - 1e-9)))
+
+
+def _standing(fleet: Fleet, truck: Truck | None) -> float:
+    """How many carts would be busy on average if driving took no time."""
+    busy = math.fsum(f / u for f, u in zip(fleet.fill_rates, fleet.unload_rates, strict=True))
+    if truck is not None:
+        cut = math.fsum(fleet.fill_rates)
+        busy += cut / truck.unload_rate + truck.stop_time * cut / truck.cart_capacity
+    return busy
+
+
+class _Averages:
+    """The programme; unknowns: N shares, and per second N^2 direct ways and N^2 by the truck."""
+
+    def __init__(self, fleet: Fleet, carts: int, truck: Truck | None) -> None:
+        size = fleet.size
+        pairs = [(here, there) for here in range(size) for there in range(size)]
+        fill, unload = np.array(fleet.fill_rates), np.array(fleet.unload_rates)
+        filling = np.array(fleet.capacities) / fill
+        self._ways = np.array([fleet.travel_times[here][there] for here, there in pairs])
+        self._by_truck = np.zeros(len(pairs))
+        self._rest = 0.0
+        rows, limits = [], []
+        shape = size + 2 * len(pairs)
+
+        def row_of(
+            ways: list[tuple[int, int]], sign: float, shares: dict[int, float]
+        ) -> np.ndarray:
+            row = np.zeros(shape)
+            for here, there in ways:
+                place = size + here * size + there
+                row[place] += sign
+                row[place + len(pairs)] += sign
+            for n, value in shares.items():
+                row[n] = value
+            return row
+
+        for n in range(size):
+            ways = [(n, there) for there in range(size)]
+            rows.append(row_of(ways, -1.0, {n: -1.0 / filling[n]}))
+            limits.append(-1.0 / filling[n])
+        if carts == 1 and size <= _ALL_SUBSETS:
+            for count in range(1, size):
+                for inside in combinations(range(size), count):
+                    outside = [n for n in range(size) if n not in inside]
+                    ways = [(here, there) for here in inside for there in outside]
+                    rows.append(row_of(ways, -1.0, {}))
+                    within = min(filling[n] for n in outside)
+                    without = min(filling[list(inside)])
+                    limits.append(-1.0 / (within + without))
+        equal = []
+        for n in range(size):
+            leaving = row_of([(n, there) for there in range(size)], 1.0, {})
+            equal.append(leaving - row_of([(here, n) for here in range(size)], 1.0, {}))
+        bounds: list[tuple[float, float | None]] = [
+            (float(share), float(carts)) for share in fill / unload
+        ]
+        bounds += [(0.0, 0.0 if here == there else None) for here, there in pairs]
+        if truck is None:
+            bounds += [(0.0, 0.0)] * len(pairs)
+        else:
+            self._by_truck[:] = [way_by_truck(fleet, truck, here, there) for here, there in pairs]
+            bounds += [(0.0, None)] * len(pairs)
+            row = np.zeros(shape)
+            row[size + len(pairs) :] = -1.0
+            rows.append(row)
+            limits.append(-fill.sum() / truck.cart_capacity)
+            self._rest = fill.sum() / truck.unload_rate
+        self._stop = 0.0 if truck is None else truck.stop_time
+        self._size, self._rows, self._limits = size, np.array(rows), np.array(limits)
+        self._equal, self._bounds = np.array(equal), bounds
+
+    def least_time(self, factor: float) -> float:
+        """How many carts are busy on average, at least, with ways that are longer by a factor."""
+        cost = np.concatenate(
+            [
+                np.ones(self._size),
+                factor * self._ways,
+                factor * self._by_truck + self._stop,
+            ]
+        )
+        answer = linprog(
+            cost,
+            A_ub=self._rows,
+            b_ub=self._limits,
+            A_eq=self._equal,
+            b_eq=np.zeros(self._size),
+            bounds=self._bounds,
+            method="highs",
+        )
+        return math.inf if answer.status != 0 else float(answer.fun) + self._rest

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import root_scalar
 
 from ...errors import require, require_non_negative
-from .certain_limit import last_factor
 from .fleet import Fleet, Round, require_count, way_by_truck
+from .limits import last_factor
 from .periodic_plan import Aim, LoadLine, PeriodicPlan, Timetable, Visit, plan_round
 
 # Part of a tank that rounding may put above its capacity.

@@ -113,13 +113,16 @@ def plan_from_table(
         name: plan_by_casadi(trailer, start, goal, seeds=each, obstacles=world, discs=discs)
         for name, each in seeds.items()
     }
-    reached = [name for name, each in polished.items() if each.converged]
-    name = min(reached, key=lambda name: polished[name].time, default=None)
+    reached = [
+        (name, each.path)
+        for name, each in polished.items()
+        if each.converged and each.path is not None
+    ]
+    quickest = min(reached, key=lambda each: each[1].times[-1], default=None)
     # The programme's path ends where it should, whatever the grid resolved.
-    if name and (polished[name].time < time * (1 - _LESS) or value.warnings):
-        best = polished[name]
-        path, way = best.path, name
-        converged, residual = value.converged, best.residual
+    if quickest and (quickest[1].times[-1] < time * (1 - _LESS) or value.warnings):
+        way, path = quickest
+        converged, residual = value.converged, polished[way].residual
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"

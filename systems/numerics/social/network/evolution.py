@@ -1,4 +1,4 @@
-"""Network evolution: whom to ask, whom to pass over, who is a friend.
+"""Network evolution: whom to ask, in turn or by information; whom to pass over, who is a friend.
 
 Algorithm 2, one iteration: ask new agents, while at most N_req answers are awaited and friends and
 requests together stay within N_f; let the agents answer; then, for each agent that was asked: a
@@ -14,12 +14,23 @@ rejected, asked again. Deviations from the printed lines:
 All agents asked are in A, so between two readings of the answers at most N_req requests are sent,
 repeated ones included.
 
-Source: Zhang 2014, Algorithm 2.
+Of several agents the one is worth most whose picture tells most. The pursuer believes the evader to
+be in cell x with probability b(x). If it is there, agent i's next picture shows it with probability
+v_i(x). A picture that shows the evader gives its cell; one that does not makes the cells in view
+less likely. The expected loss of entropy is
+
+    I = H(b) - P H(b | not shown),    P = sum b (1 - v),    b(x | not shown) = b (1 - v) / P.
+
+The value of asking the agent is I times the probability that it accepts.
+
+Source: Zhang 2014, Algorithm 2; information: ours (4.4 asks for it); the entropy is Shannon's.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
+
+import numpy as np
 
 from ...checked import Checked, whole
 from ...errors import require, require_whole
@@ -200,3 +211,66 @@ def evolve(
     for agent in errands.again:
         network.request(agent)
     return Iteration(known, asked, len(chosen) + len(errands.again))
+
+
+def entropy(distribution: np.ndarray) -> float:
+    """Entropy of a probability distribution [nats]; weights of any shape, summing to one."""
+    positive = distribution[distribution > 0]
+    return float(-(positive * np.log(positive)).sum())
+
+
+def expected_information(belief: np.ndarray, view: np.ndarray) -> float:
+    """I of one picture [nats], never negative.
+
+    Args:
+        belief: b(x), shape (cells,), summing to one.
+        view: v_i(x), same shape, from 0 to 1.
+
+    Raises:
+        InvalidInput: The belief is no distribution, or the view has values that are not
+            probabilities.
+    """
+    proper = bool((belief >= 0).all()) and abs(float(belief.sum()) - 1) < 1e-9
+    require(proper, "belief", "be probabilities that sum to one", belief.sum())
+    allowed = view.shape == belief.shape and bool(((view >= 0) & (view <= 1)).all())
+    require(allowed, "view", f"be {belief.size} numbers from 0 to 1", view)
+    missed = belief * (1 - view)
+    total = float(missed.sum())
+    left = total * entropy(missed / total) if total > 0 else 0.0
+    return max(entropy(belief) - left, 0.0)
+
+
+def interest(
+    beliefs: np.ndarray, views: np.ndarray, accepting: np.ndarray, patience: int
+) -> np.ndarray:
+    """Expected information of asking each agent [nats], shape (agents,).
+
+    Args:
+        beliefs: b(x), shape (cells,).
+        views: v_i(x), shape (agents, cells).
+        accepting: Probability of each agent of accepting in one iteration, shape (agents,).
+        patience: T_wait; an agent has T_wait + 1 chances to accept.
+    """
+    each = np.array([expected_information(beliefs, view) for view in views])
+    return each * (1 - (1 - accepting) ** (patience + 1))
+
+
+def update_tallies(tallies: np.ndarray, iteration: Iteration) -> np.ndarray:
+    """Count the answers of the agents that were asked in an iteration.
+
+    Args:
+        tallies: Acceptances and everything else so far, shape (agents, 2).
+        iteration: Result of the iteration.
+    """
+    counted = tallies.copy()
+    for agent in iteration.asked:
+        counted[agent, 0 if iteration.known.status[agent] == FRIEND else 1] += 1
+    return counted
+
+
+def estimated_acceptance(tallies: np.ndarray) -> np.ndarray:
+    """Mean of each agent's probability given its tallies and no prior knowledge, shape (agents,).
+
+    From a uniform prior: (accepted + 1) / (asked + 2), Laplace's rule.
+    """
+    return (tallies[:, 0] + 1) / (tallies.sum(axis=1) + 2)

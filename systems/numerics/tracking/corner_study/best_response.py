@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from ...errors import require, require_one_of
-from ..corner_fields import (
+from ..corner_policies import (
     FIELDS,
     MARGIN,
     TABLE,

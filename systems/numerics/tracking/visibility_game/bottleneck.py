@@ -16,7 +16,7 @@ from ...compiled import compiled, kernel
 from ..assignment.matching import match_pairs
 from ..assignment.team_view import UNASSIGNED
 from .board import Board, nearest_evader_node, nearest_place, steps_from_now
-from .certificates import team_certificate
+from .bounds import team_certificate
 from .planes import worst_reply
 
 # A fast model of certified pursuers, for compiled code.

@@ -21,9 +21,9 @@ from sightfield.systems.numerics.harvest.schedule.best_visits import (
     find_visits,
     visits_that_serve,
 )
-from sightfield.systems.numerics.harvest.schedule.certain_limit import certain_limit, is_excluded
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck, line_of
+from sightfield.systems.numerics.harvest.schedule.limits import certain_limit, is_excluded
 
 # One combine of four fills its small tank in 300 s, the others theirs in 1500 s.
 HURRIED = Fleet(

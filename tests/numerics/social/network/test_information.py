@@ -13,13 +13,11 @@ from sightfield.systems.numerics.social.network.evolution import (
     EvolutionLimits,
     Iteration,
     choose_new,
-    strangers,
-)
-from sightfield.systems.numerics.social.network.information import (
     entropy,
     estimated_acceptance,
     expected_information,
     interest,
+    strangers,
     update_tallies,
 )
 

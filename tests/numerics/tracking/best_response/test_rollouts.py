@@ -29,8 +29,8 @@ from sightfield.systems.numerics.tracking.best_response.rollouts import (
     follow_plan,
     play_plan,
 )
-from sightfield.systems.numerics.tracking.corner_fields import FIELDS, corner_field
 from sightfield.systems.numerics.tracking.corner_game import corner_table
+from sightfield.systems.numerics.tracking.corner_policies import FIELDS, corner_field
 from sightfield.systems.numerics.tracking.lookahead import lookahead_velocities
 from sightfield.systems.numerics.tracking.risk import RISK_FUNCTIONS, RISK_VECTORS, team_risk
 from sightfield.systems.numerics.tracking.sight_state import observe

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.tracking.visibility_game.certificates import (
+from sightfield.systems.numerics.tracking.visibility_game.bounds import (
     certified_grid,
     team_certificate,
 )

@@ -20,8 +20,11 @@ from sightfield.systems.numerics.tracking.corner_game import (
     margins,
     to_corner_frame,
 )
-from sightfield.systems.numerics.tracking.visibility_game.bounds import BOUNDS, MOVES
-from sightfield.systems.numerics.tracking.visibility_game.certificates import turning_margin
+from sightfield.systems.numerics.tracking.visibility_game.bounds import (
+    BOUNDS,
+    MOVES,
+    turning_margin,
+)
 from sightfield.systems.numerics.tracking.visibility_game.guaranteed_times import (
     solve_visibility_game,
 )
