@@ -239,6 +239,6 @@ def test_a_way_with_other_cusps_than_the_tables_is_found_among_walls(monkeypatch
     start = (3.632287415, 6.276712829, 0.882814505, -0.693626153)
     plan = plan_by_value_function(cart, start, goal, obstacles=world)
     assert plan.converged
-    assert plan.notes["way"] == "words drawn at random, then polished"
+    assert plan.notes["way"] == "found by a small programme, then polished"
     assert plan.time < 5.214 < 0.95 * plan.notes["driven"]
     assert path_overlap(world, covering_discs(cart), plan.path, cart) <= 1e-3
