@@ -33,6 +33,9 @@ _TIMES_AS_LONG = 3.0
 # pytest's exit code where all tests were deselected.
 _NO_TESTS = 5
 
+# Modules of the public surface, which load what is asked for.
+_STORIES = {file.stem for file in (ROOT / "surface").glob("*.py")}
+
 _IMPORTS_OF = runpy.run_path(str(ROOT / "tests" / "test_architecture.py"))["imports_of"]
 
 
@@ -65,17 +68,28 @@ def tests_of(file: Path) -> tuple[list[str], list[str]]:
     """The test files for a file: those that are named for it or import it, and the others.
 
     They lie in the folder that mirrors the file's story, on its floor; those of commands, which
-    have no folder of their own, beside the stories' folders. Links to hardware are one story.
+    have no folder of their own, beside the stories' folders. Links to hardware are one story. The
+    others import it over other modules, over fewer first, or import the package by its stories or
+    its commands, which load what they need.
     """
     floor, *rooms = file.parts[1:] if file.parts[:2] == ("systems", "numerics") else file.parts
     folder = ROOT / "tests" / floor
     mirror = folder if floor == "hardware_io" else folder / rooms[0]
     found = sorted(mirror.rglob("test_*.py") if mirror.is_dir() else folder.glob("test_*.py"))
-    first, others = list[str](), list[str]()
+    away = _steps_away(file)
+    first, others = list[str](), list[tuple[int, str]]()
     for test in found:
-        near = file.stem in test.stem or _dotted(file) in _imported(test)
-        (first if near else others).append(str(test.relative_to(ROOT)))
-    return first, others
+        name = str(test.relative_to(ROOT))
+        # The fixtures of `tests` itself run commands, which other floors have not.
+        top = ROOT / "tests" if floor == "diagrams" else folder
+        above = [each / "conftest.py" for each in test.parents if each.is_relative_to(top)]
+        used = _imported(test).union(*(_imported(each) for each in above if each.is_file()))
+        steps = min(away.get(each, len(away)) for each in used)
+        if file.stem in test.stem or _dotted(file) in _imported(test):
+            first.append(name)
+        elif steps < len(away) or any(map(_loads_more, used)):
+            others.append((steps, name))
+    return first, [name for _, name in sorted(others)]
 
 
 def try_fault(module: Module, fault: Fault) -> dict[str, object]:
@@ -85,7 +99,8 @@ def try_fault(module: Module, fault: Fault) -> dict[str, object]:
     about |= {"old": source[fault.start : fault.end], "new": fault.new, "found": None}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        copy_tree(folder, stale=_dependents(module.file))
+        stale = {Path(*each.split(".")).with_suffix(".py") for each in _steps_away(module.file)}
+        copy_tree(folder, stale=stale)
         file = folder / module.file
         file.write_text(fault.made_in(source), encoding="utf-8")
         spoilt: list[str] = []
@@ -166,20 +181,26 @@ def _imported(file: Path) -> set[str]:
 def _importers() -> dict[str, set[Path]]:
     """The files that import each module."""
     importers: dict[str, set[Path]] = {}
-    for part in ("systems", "diagrams"):
+    for part in ("systems", "diagrams", "hardware_io"):
         for each in _sources(part):
             for name in _imported(ROOT / each):
                 importers.setdefault(name, set()).add(each)
     return importers
 
 
-def _dependents(file: Path) -> set[Path]:
-    """The file and all that import it, over any number of others: whose compiled code is stale."""
-    stale, new = set[Path](), {file}
+def _steps_away(file: Path) -> dict[str, int]:
+    """The file and all that import it, over how many others, by their dotted names."""
+    away, new, steps = dict[str, int](), {file}, 0
     while new:
-        stale |= new
-        new = {each for old in new for each in _importers().get(_dotted(old), ())} - stale
-    return stale
+        away |= {_dotted(each): steps for each in new}
+        every = {each for old in new for each in _importers().get(_dotted(old), ())}
+        new, steps = {each for each in every if _dotted(each) not in away}, steps + 1
+    return away
+
+
+def _loads_more(name: str) -> bool:
+    """Whether a module that a test imports loads others when they are asked for."""
+    return name.partition(".")[0] in _STORIES or name.startswith("diagrams.commands")
 
 
 def main(
