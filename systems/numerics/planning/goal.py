@@ -132,7 +132,7 @@ def require_plannable_cart(trailer: Trailer) -> None:
     Raises:
         InvalidInput: In one line that says what is out of range.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     require(0 < radius < math.inf, "speed / turn_rate", "be a turning radius", radius)
     least, most = SHORTEST * radius, LONGEST * radius
     words = f"be {SHORTEST:g} to {LONGEST:g} turning radii, {least:g} to {most:g} m"
@@ -154,7 +154,7 @@ def require_plannable(trailer: Trailer, start: Sequence[float], goal: Goal) -> N
         InvalidInput: In one line that says what is out of range.
     """
     require_plannable_cart(trailer)
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     for name, state in (("start", start), ("goal", goal.state)):
         words = f"be within {FARTHEST_OUT:g} turning radii of the origin"
         require(max(map(abs, state[:2])) <= FARTHEST_OUT * radius, name, words, list(state[:2]))

@@ -111,7 +111,7 @@ def lower_bound(
     for value in start:
         require_finite("start", float(value))
     require_positive("tolerance", tolerance)
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     scale = np.array([radius, radius, 1.0])
     # In the goal's own frame, where the box lies along the axes.
     pose = goal.to_frame(start)[:3] / scale

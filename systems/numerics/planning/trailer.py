@@ -50,6 +50,11 @@ class Trailer(Checked):
         require(isinstance(self.reverse, bool), "reverse", "be true or false", self.reverse)
         require(0 < self.jackknife <= math.pi, "jackknife", "lie in (0, pi]", self.jackknife)
 
+    @property
+    def radius(self) -> float:
+        """Of the tightest turn at full speed [m]."""
+        return self.speed / self.turn_rate
+
 
 # Any: NumPy, Drake and CasADi have no type in common that sine and product take.
 def trailer_rates(

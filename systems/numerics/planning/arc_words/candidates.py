@@ -80,7 +80,7 @@ def car_words(trailer: Trailer, start, goal: Goal, longest: float = math.inf) ->
         goal: The box, or point.
         longest: Longer words are left out [1 / turn rate].
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     first, last = tuple(float(entry) for entry in start[:3]), goal.state[:3]
     paths = dubins_paths(first, last, radius)
     if trailer.reverse:
@@ -141,7 +141,7 @@ def drawn_words(trailer: Trailer, start, goal: Goal, count: int = DRAWN) -> list
         goal: The box, or point.
         count: Words that are drawn.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     cart, local = normalised_in_radii(trailer, goal.to_frame(start))
     controls, durations, arcs = _draw(trailer, count, math.hypot(local[0], local[1]))
     widths = np.array(goal.tolerance) / [radius, radius, 1.0, 1.0]
@@ -177,7 +177,7 @@ def scattered_words(trailer: Trailer, start, goal: Goal, count: int) -> list[Arc
         goal: The box, or point, as far away as some of the straights are long.
         count: How many.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     far = math.dist(start[:2], goal.state[:2]) / radius
     controls, durations, arcs = _draw(trailer, count, far)
     units = np.array([trailer.speed, trailer.turn_rate])

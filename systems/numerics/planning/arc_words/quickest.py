@@ -240,7 +240,7 @@ def quickest_word(trailer: Trailer, start, goal: Goal, lattice: float = LATTICE)
         lattice: Step of the durations of the first arcs [1 / turn rate].
     """
     cart = normalised(trailer)
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     words, endings = _known(cart, lattice)
     x, y, theta, beta = (float(value) for value in start)
     middle = (goal.state[0] - x) / radius, (goal.state[1] - y) / radius

@@ -115,7 +115,7 @@ def shortened(
 def _shortened(
     trailer: Trailer, start, word: ArcWord, goal: Goal, clearance: Clearance | None, fine: bool
 ) -> ArcWord | None:
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     scale = np.array([radius, radius, 1.0, 1.0])
     cart, local = normalised_in_radii(trailer, goal.to_frame(start))
     controls = word.controls / [trailer.speed, trailer.turn_rate]
@@ -234,7 +234,7 @@ def end_of(trailer: Trailer, start, word: ArcWord) -> np.ndarray:
     end = np.empty(4)
     controls = word.controls / [trailer.speed, trailer.turn_rate]
     _end(local, controls, word.durations * trailer.turn_rate, cart, end)
-    end[:2] *= trailer.speed / trailer.turn_rate
+    end[:2] *= trailer.radius
     return end
 
 
@@ -280,7 +280,7 @@ def normalised_in_radii(trailer: Trailer, state) -> tuple[Cart, np.ndarray]:
         trailer: The cart.
         state: x, y, theta, beta [m], [m], [rad], [rad].
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     cart = Cart(trailer.length / radius, trailer.hitch_offset / radius)
     return cart, np.array(state, dtype=float) / [radius, radius, 1.0, 1.0]
 

@@ -14,7 +14,7 @@ from ..trailer import Trailer, half_angle_map, half_angles, shift_of
 
 def normalised(trailer: Trailer) -> Trailer:
     """The same trailer with lengths in turning radii and times in 1 / turn rate."""
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     return Trailer(
         length=trailer.length / radius,
         hitch_offset=trailer.hitch_offset / radius,

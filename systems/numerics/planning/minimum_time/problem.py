@@ -198,7 +198,7 @@ class Problem:
     @property
     def radius(self) -> float:
         """Of the tightest turn at full speed [m]."""
-        return self.trailer.speed / self.trailer.turn_rate
+        return self.trailer.radius
 
     def _solved(
         self,

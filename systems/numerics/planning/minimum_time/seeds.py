@@ -127,7 +127,7 @@ def default_seeds(problem: Problem) -> list[list[TrailerPath]]:
     the trailer can swing in.
     """
     trailer, obstacles, discs = problem.trailer, problem.obstacles, problem.discs
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     first, last = tuple(problem.start[:3].tolist()), problem.goal.state[:3]
     paths = dubins_paths(first, last, radius)
     if trailer.reverse:

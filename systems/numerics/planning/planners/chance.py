@@ -46,7 +46,7 @@ def paths_by_chance(problem: Problem, solve: Solve, known: Iterable[Attempt]) ->
     trailer, start, goal = problem.trailer, problem.start, problem.goal
     paths = [each for each in known if each.is_path]
     gears = (1, -1) if trailer.reverse else (1,)
-    if math.dist(start[:2], goal.state[:2]) < FAR * trailer.speed / trailer.turn_rate:
+    if math.dist(start[:2], goal.state[:2]) < FAR * trailer.radius:
         words = scattered_words(trailer, start, goal, SCATTERED)
         return _until_often(problem, solve, words, paths, gears)
     found = list[Attempt]()

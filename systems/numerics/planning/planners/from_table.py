@@ -51,7 +51,7 @@ def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> Stat
         goal: Where the node is.
         step: Distance of nodes in turning radii.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     h = step * radius
     lows = [
         at - h * math.ceil((at - low) / h - 1e-9)
@@ -126,7 +126,7 @@ def plan_from_table(
         notes["warnings"] = []
     elif value.warnings:
         status = "arrived in a wider box"
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     ends = start[:2], goal.state[:2]
     saved = saved_by_narrow_passages(world, discs, value.grid.step, *ends)
     notes["narrow"] = saved > WORTH * radius
@@ -208,7 +208,7 @@ def _through_narrow_passages(
 
 def _hint(value: ValueFunction) -> str:
     """What to try where the table knows no way."""
-    radius = value.trailer.speed / value.trailer.turn_rate
+    radius = value.trailer.radius
     step = value.grid.step
     return (
         f"a passage may be narrower than the grid sees, whose nodes are {step:.3g} m apart: "

@@ -252,7 +252,7 @@ def _unlike(words: list[ArcWord]) -> list[ArcWord]:
 def _car_paths(problem: Problem, longest: float, most: int) -> list[TrailerPath]:
     """The shortest words of a car, if they take at most so long."""
     trailer = problem.trailer
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     first, last = tuple(problem.start[:3].tolist()), problem.goal.state[:3]
     words = dubins_paths(first, last, radius)
     if trailer.reverse:

@@ -180,7 +180,7 @@ def grid_around(trailer: Trailer, start: Sequence[float], goal: Goal, step: floa
         goal: The middle.
         step: Distance of nodes in turning radii.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     square = StateGrid.of_step(step, goal.state[:2], radius=radius)
     margin = MARGIN * radius
     # Equally far on both sides of the goal, so that it stays a node and a mirror axis.

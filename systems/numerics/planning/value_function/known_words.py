@@ -70,7 +70,7 @@ def aim_of(trailer: Trailer, goal: Goal, *, gain: float = GAIN, steps: int = SEA
         gain: See `Aim`.
         steps: See `Aim`.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     widths = np.array(goal.tolerance) / [radius, radius, 1.0, 1.0]
     widths[2:][widths[2:] >= math.pi] = math.inf
     # An end that misses the narrower box by KEPT must still be inside the box.
@@ -92,7 +92,7 @@ def word_controls(trailer: Trailer) -> np.ndarray:
         trailer: Which drives.
     """
     pairs = control_set(trailer).astype(float)
-    radius, limit = trailer.speed / trailer.turn_rate, trailer.jackknife
+    radius, limit = trailer.radius, trailer.jackknife
     lever = trailer.length / radius + trailer.hitch_offset / radius * math.cos(limit)
     if limit >= math.pi or abs(lever) <= math.sin(limit):
         return pairs
@@ -163,7 +163,7 @@ def word_by_descents(
 
 def _searched(table, grid, trailer, goal, words, states, thorough):
     """Durations of words from states [s], numbers of their arcs, controls and durations."""
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     scale = np.array([radius, radius, 1.0, 1.0])
     place = _Place(grid.x_min / radius, grid.y_min / radius, grid.step / radius, trailer.turn_rate)
     found = (
@@ -204,7 +204,7 @@ def word_of_three_arcs(
     word = quickest_word(trailer, state, goal)
     if word is None:
         return None
-    radius, units = trailer.speed / trailer.turn_rate, [trailer.speed, trailer.turn_rate]
+    radius, units = trailer.radius, [trailer.speed, trailer.turn_rate]
     scale = np.array([radius, radius, 1.0, 1.0])
     controls, times = np.empty((ROOM, 2)), np.empty(ROOM)
     count = len(word.durations)

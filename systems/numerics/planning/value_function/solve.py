@@ -146,7 +146,7 @@ def solve_value_function(
     require(isinstance(polish, int) and polish >= 0, "polish", "be zero or more", polish)
     started = perf_counter()
     box, warnings = widened(goal, grid)
-    scale = trailer.speed / trailer.turn_rate
+    scale = trailer.radius
     cart = normalised(trailer)
     multiples = step_multiples(grid, cubic=polish > 0)
     walls = shut = finer = None
@@ -337,7 +337,7 @@ def open_field_table(
     Raises:
         InvalidInput: The step is out of range.
     """
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     x, y, heading, beta = goal.state
     dx, dy = start[0] - x, start[1] - y
     c, s = math.cos(heading), math.sin(heading)

@@ -87,7 +87,7 @@ def test_times_to_go_are_those_attained(solved):
     ],
 )
 def test_nodes_close_to_the_goal_know_words_that_take_their_time(trailer):
-    radius = trailer.speed / trailer.turn_rate
+    radius = trailer.radius
     tolerance = (0.4 * radius, 0.4 * radius, 0.55, 0.55)
     goal = Goal(state=(radius, 2.0, 0.6, 0.0), tolerance=tolerance)
     grid = StateGrid.of_step(0.4, goal.state[:2], radius=radius)
