@@ -15,7 +15,9 @@ pixels of an edge; and other errors of a picture that neighbouring pixels share,
 a compressed picture, or by edges of another profile than expected. The size of each is estimated
 from the remainders: from their mean square, and from sums of products of near and of farther
 neighbours. Errors that the fit could follow are not among its remainders. So each sum is compared
-with what errors of one kind, of a known size, would leave after the same fit.
+with what errors of one kind, of a known size, would leave after the same fit. What errors in the
+blocks of a compressed picture are near to one another they are not over the whole block: kinds may
+have negative sizes. But errors are never taken for smaller than if each pixel erred by itself.
 
 Sources: ours; C. R. Rao, Estimation of variance and covariance components, Journal of Multivariate
 Analysis 1, 1971, whose sums of squares and of products of neighbours are compared in this way.
@@ -25,7 +27,6 @@ import math
 
 import cv2
 import numpy as np
-from scipy.optimize import nnls
 
 from ...compiled import compiled
 from .expected_picture import BEHIND, TOP, Scene, smooth
@@ -34,6 +35,8 @@ from .range_models import ROUND, Outline, fill_round, radii_at
 # Distances up to which errors of pixels are correlated, less so the farther apart they are: from
 # each pixel alone to the blocks of a compressed picture, which have 8 pixels [px].
 _REACHES = (1, 2, 4, 8)
+# Least share of the remainders that is not put down to the raster.
+_LEAST_LEFT = 0.1
 
 
 def remainder_covariance(
@@ -80,9 +83,21 @@ def remainder_covariance(
     kinds = np.column_stack([kept(kind, ones) for kind in sums])
     # Sums of many products are less sure.
     scale = np.array([1 / reach for reach in _REACHES])
-    sizes, _ = nnls(kinds * scale[:, None], np.maximum(found - known, 0.0) * scale)
+    # A kind of negative size is one that takes back what a wider one has too much of.
+    sizes = np.linalg.lstsq(kinds * scale[:, None], (found - known) * scale, rcond=None)[0]
     covariances = [moves.T @ kind.sums(moves) for kind in sums]
-    return np.tensordot(sizes, covariances, 1)
+    alone = max(found[0] - known[0], _LEAST_LEFT * found[0]) / kinds[0, 0]
+    return _at_least(alone * covariances[0], np.tensordot(sizes, covariances, 1))
+
+
+def _at_least(least: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """A covariance that is no smaller in any direction than one, or than another, shape (k, k)."""
+    scale = np.sqrt(np.diag(least))
+    if not (scale > 0).all():
+        return least
+    units = np.outer(scale, scale)
+    amounts, ways = np.linalg.eigh((covariance - least) / units)
+    return least + (ways * np.maximum(amounts, 0.0)) @ ways.T * units
 
 
 def _near(reach: int) -> np.ndarray:

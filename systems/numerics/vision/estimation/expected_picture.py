@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.special import ndtr
 
 from ...compiled import compiled
 from .range_models import Outline, draw_cover
@@ -265,7 +266,7 @@ def _fill_slopes(
         above, below = max(row - 1, 0), min(row + 1, height - 1)
         before, after = max(column - 1, 0), min(column + 1, width - 1)
         slopes[n, :6] = smooth[i, 3:9]
-        # A Gaussian's slope with its variance is half its second derivative.
+        # A Gaussian's slope with its variance is half its second derivative; motion's nearly so.
         middle = shown[row, column]
         slopes[n, 6] = 0.5 * (shown[row, after] + shown[row, before] - 2 * middle)
         slopes[n, 7] = 0.25 * (
@@ -291,10 +292,21 @@ def smooth(scene: Scene, images: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _smoothing(values: np.ndarray) -> np.ndarray:
-    """The Gaussian of the spread, as a kernel of odd sides that sums to 1."""
-    half = max(math.ceil(3 * math.sqrt(max(values[6], values[8]))), 1)
-    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    """The smoothing of the spread, as a kernel of odd sides that sums to 1.
+
+    Where the spread is larger along one direction, the scene moved while the picture was taken: the
+    kernel is a round Gaussian, dragged along a line.
+    """
     xx, xy, yy = values[SPREAD]
-    square = (yy * x * x - 2 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
-    kernel = np.exp(-0.5 * square)
+    (least, most), ways = np.linalg.eigh([[xx, xy], [xy, yy]])
+    sharp, length = math.sqrt(least), math.sqrt(max(12 * (most - least), 0.0))
+    half = max(math.ceil(3 * sharp + 0.5 * length), 1)
+    y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
+    along, across = x * ways[0, 1] + y * ways[1, 1], x * ways[1, 1] - y * ways[0, 1]
+    kernel = np.exp(-0.5 * across * across / least)
+    if length > 0.1 * sharp:
+        ends = (along + 0.5 * length) / sharp, (along - 0.5 * length) / sharp
+        kernel *= ndtr(ends[0]) - ndtr(ends[1])
+    else:
+        kernel *= np.exp(-0.5 * along * along / most)
     return kernel / kernel.sum()

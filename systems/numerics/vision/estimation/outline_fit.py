@@ -4,7 +4,8 @@ The picture is expected to be the outline of `shell_outline`, smoothed by whatev
 picture: lens, motion, compression. Least squares over the pixels around a blob find range and
 bearing together with what of the picture is not known beforehand:
 
-- the spread of the smoothing, a 2 x 2 matrix, so that an edge is as sharp as in this picture;
+- the spread of the smoothing, a 2 x 2 matrix, so that an edge is as sharp as in this picture: a
+  Gaussian, along a line if the scene moved;
 - the light on the shell, even and from a side (Lambert's law);
 - the colours of what lies around and behind, floor first and then walls, at distances from the
   axis, and of the robot's top, which is seen over the shell and hides some of that;
@@ -15,8 +16,8 @@ bearing together with what of the picture is not known beforehand:
 
 A pixel's noise is that of the ring around the blob, and near edges that of the raster besides, as
 a pixel is either shell or not before the smoothing. By this pixels are weighed. How sure range and
-bearing are is then told by how the raster lies under this very outline (`raster_error`), by what is
-left over after the fit (`remainders`), and by what is not known beforehand.
+bearing are is then told by how the raster lies under this very outline and by what is left over
+after the fit (`edge_errors`), and by what is not known beforehand.
 
 Source: ours.
 """
@@ -59,9 +60,6 @@ _DARK_LOST = 0.19
 _PROFILE = 0.9
 # How much shifts change along an edge, as the light on the shell does, as a share of them.
 _UNEVEN = 0.2
-# How far the fourth and sixth moment of the smoothing may be from a Gaussian's, as shares of those:
-# by 0.4 and 0.6 if it is even, as motion is.
-_FLATTENED = 0.4
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
 _LINEAR, _SATURATED = (0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
@@ -376,9 +374,8 @@ def _judge(
     apart = (np.array(steps) - step)[:, PLACE]
     gains = (slopes @ np.tensordot(shares, inverses, 1)) * weights[:, None]
     by_raster = raster_covariance(scene, values, gains[:, PLACE])
-    _know_shifts(prior, _widths(scene)[int(shares.argmax())], scene, values, hidden)
-    by_rest = _doubt_by_rest(
-        scene, values, off, prior, weights, raster, expected, slopes, gains[:, PLACE]
+    by_rest = remainder_covariance(
+        scene, left - slopes @ step, slopes, gains, gains[:, PLACE], raster, values[SPREAD]
     )
     covariance = by_raster + by_rest + np.tensordot(shares, priors, 1) + (apart.T * shares) @ apart
     place, shift = values[PLACE] + step[PLACE], (off + step)[SHIFTS]
@@ -402,52 +399,6 @@ def _judge(
         strange=_strange(scene, values, expected, dents, raster),
         around=float(np.abs(values[BEHIND]).max()),
     )
-
-
-def _doubt_by_rest(
-    scene: Scene,
-    values: np.ndarray,
-    off: np.ndarray,
-    prior: np.ndarray,
-    weights: np.ndarray,
-    raster: np.ndarray,
-    expected: np.ndarray,
-    slopes: np.ndarray,
-    moves: np.ndarray,
-) -> np.ndarray:
-    """Covariance of range and bearing from the remainders, shape (2, 2).
-
-    Smoothing along one direction is motion, whose profile is flatter than a Gaussian's. The
-    remainders of that are alike along all edges, on either side: they move no edge, and are left
-    out.
-    """
-    (least, most), ways = np.linalg.eigh([[values[6], values[7]], [values[7], values[8]]])
-    slopes = np.hstack(
-        [slopes, _profile(expected.reshape(scene.shape), ways[:, 1], most)[scene.inside]]
-    )
-    prior, off = np.pad(prior, (0, 2)), np.append(off, [0.0, 0.0])
-    prior[-2:, -2:] = np.eye(2) / max(_FLATTENED * (1 - least / most), 1e-3) ** 2
-    left = scene.left(expected)
-    matrix, pull = _normal_equations(slopes, weights, left)
-    inverse = np.linalg.inv(matrix + prior + _RIDGE * np.eye(len(off)))
-    left = left - slopes @ (inverse @ (pull - prior @ off))
-    gains = (slopes @ inverse) * weights[:, None]
-    return remainder_covariance(scene, left, slopes, gains, moves, raster, values[SPREAD])
-
-
-def _profile(expected: np.ndarray, way: np.ndarray, variance: float) -> np.ndarray:
-    """Change of a picture with the profile of the smoothing along a direction, shape (n, 2).
-
-    With its fourth and sixth moment, relative to a Gaussian's: by the series of derivatives.
-    """
-    x, y = way
-    mixed = 0.5 * x * y
-    second = np.array([[mixed, y * y, -mixed], [x * x, -2.0, x * x], [-mixed, y * y, mixed]])
-    curved = [expected]
-    for _ in range(3):
-        curved.append(cv2.filter2D(curved[-1], -1, second, borderType=cv2.BORDER_REPLICATE))
-    fourth, sixth = variance**2 / 8 * curved[2], variance**3 / 48 * curved[3]
-    return np.column_stack([fourth.ravel(), sixth.ravel()])
 
 
 def _strange(

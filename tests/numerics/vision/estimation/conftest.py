@@ -12,10 +12,12 @@ from sightfield.systems.numerics.vision.estimation.calibration import (
     Readings,
     calibrate,
 )
+from sightfield.systems.numerics.vision.estimation.expected_picture import Scene
 from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
     read_pictures,
     simulated_pictures,
 )
+from sightfield.systems.numerics.vision.estimation.range_models import make_outline
 from sightfield.systems.numerics.vision.estimation.shell_detection import COLOURS
 from sightfield.systems.numerics.vision.omni_optics import OmniCamera, make_ray_table, project_omni
 from sightfield.systems.numerics.vision.rendering import render
@@ -30,6 +32,26 @@ SIZES = {"base": SHELL.base, "shell_radius": SHELL.radius, "shell_top": SHELL.to
 def camera() -> OmniCamera:
     """The true optics."""
     return OmniCamera()
+
+
+@pytest.fixture(scope="session")
+def scene(camera) -> Scene:
+    """A window of 28 by 44 pixels, all of which are fitted."""
+    shape = 28, 44
+    count = shape[0] * shape[1]
+    return Scene(
+        outline=make_outline(camera, radius=0.1, base=0.04, top=0.2),
+        shape=shape,
+        axis=np.zeros(2),
+        bearings=np.zeros(count),
+        radii=np.ones(count),
+        strength=np.zeros(count),
+        inside=np.arange(count),
+        ring=np.zeros(count, bool),
+        points=np.ones((count, 1)),
+        noise=0.02,
+        saturated=False,
+    )
 
 
 @pytest.fixture(scope="session")
