@@ -63,7 +63,7 @@ def test_every_extra_that_is_asked_for_is_one():
 
 
 def test_no_other_line_says_how_to_install():
-    own = ROOT / "systems" / "numerics" / "extras.py"
+    own = ROOT / "systems" / "numerics" / "errors.py"
     others = [file for file in SOURCES if file != own and "pip install" in file.read_text()]
     assert others == []
 
