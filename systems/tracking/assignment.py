@@ -1,7 +1,7 @@
 """Which evader each pursuer goes after: by a rule, or by the solved visibility game."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
@@ -36,6 +36,38 @@ from .game_ports import GamePorts, codes_of
 
 # State of an assignment before the first sample.
 NOTHING_HELD = -2.0
+
+
+def _require_hold(hold: str, period: float, known: Collection[str]) -> None:
+    """Refuse a way of holding that is unknown, or one that is never looked at."""
+    require_one_of("hold", hold, known)
+    require_non_negative("period", period)
+    require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
+
+
+class _Held:
+    """The assignment that a system puts out, and holds as discrete state, sampled with a period."""
+
+    def __init__(
+        self, system: LeafSystem, pursuers: int, calc: Callable, hold: str, period: float
+    ) -> None:
+        # Stored, because finding the port by name takes as long as a small matching.
+        self._chosen = system.DeclareVectorOutputPort("assignment", pursuers, calc)
+        self._state = None
+        if hold != "none":
+            nothing = state_vector(np.full(pursuers, NOTHING_HELD))
+            self._state = system.DeclareDiscreteState(nothing)
+            system.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+
+    def targets(self, context):
+        """What is held, shape (Np,); None before the first sample, or if nothing ever is."""
+        if self._state is None:
+            return None
+        held = context.get_discrete_state(self._state).value()
+        return None if held[0] == NOTHING_HELD else held.astype(int)
+
+    def _keep(self, context, discrete_state):
+        discrete_state.set_value(self._state, self._chosen.Eval(context))
 
 
 class Assignment(LeafSystem):
@@ -105,9 +137,7 @@ class Assignment(LeafSystem):
         if isinstance(rule, str):
             require_one_of("rule", rule, ASSIGNMENT_RULES)
             rule = ASSIGNMENT_RULES[rule]
-        require_one_of("hold", hold, HOLDS)
-        require_non_negative("period", period)
-        require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
+        _require_hold(hold, period, HOLDS)
         require_one_of("extra", extra, EXTRA_PURSUERS)
         require(radio_range >= 0, "radio_range", "be zero or positive", radio_range)
         self._hold = hold
@@ -116,14 +146,10 @@ class Assignment(LeafSystem):
         self._kinds = codes_of("risk_functions", risk_functions, RISK_FUNCTIONS, pursuers)
         self._extra, self._seed = extra, seed
         self._game = GamePorts(self, world, pursuers, evaders)
-        # Stored, because finding the port by name takes as long as a small matching.
-        self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
-        if hold != "none":
-            self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+        self._held = _Held(self, pursuers, self._calc_assignment, hold, period)
 
     def _calc_assignment(self, context, output):
-        game, held = self._game, self._what_is_held(context)
+        game, held = self._game, self._held.targets(context)
         (n, m), visible = game.shape, game.visible(context)
         if self._hold == "until_lost" and held is not None and not is_broken(visible, held):
             # The same result as that of `hold_or_choose`, without computing risks.
@@ -140,15 +166,6 @@ class Assignment(LeafSystem):
         )
         targets = hold_or_choose(view, held, self._rule, self._hold)
         output.set_value(targets)
-
-    def _what_is_held(self, context):
-        if self._hold == "none":
-            return None
-        held = context.get_discrete_state(self._held).value()
-        return None if held[0] == NOTHING_HELD else held.astype(int)
-
-    def _keep(self, context, discrete_state):
-        discrete_state.set_value(self._held, self._chosen.Eval(context))
 
 
 # Weight of a promised step: it counts more than any value of a pair by the middle bound.
@@ -213,22 +230,17 @@ class GuaranteeAssignment(LeafSystem):
         promised: GuaranteedTimes | None = None,
     ):
         super().__init__()
-        require_one_of("hold", hold, SWITCHES)
-        require_non_negative("period", period)
-        require(hold == "none" or period > 0, "period", f"be positive to hold {hold}", period)
+        _require_hold(hold, period, SWITCHES)
         self._board, self._hold = make_board(table), hold
         self._promising = None if promised is None else make_board(promised)
         self._steps = [each.step for each in (promised, table) if each is not None]
         if promised is not None:
             require(promised.bound == "lower", "promised", "be by the lower bound", promised.bound)
         self._game = GamePorts(self, world, pursuers, evaders)
-        self._chosen = self.DeclareVectorOutputPort("assignment", pursuers, self._calc_assignment)
-        if hold != "none":
-            self._held = self.DeclareDiscreteState(state_vector(np.full(pursuers, NOTHING_HELD)))
-            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._keep)
+        self._held = _Held(self, pursuers, self._calc_assignment, hold, period)
 
     def _calc_assignment(self, context, output):
-        held, visible = self._what_is_held(context), self._game.visible(context)
+        held, visible = self._held.targets(context), self._game.visible(context)
         n, m = self._game.shape
         if held is not None and self._hold == "until_lost" and covered(held, visible) == m:
             output.set_value(held)
@@ -279,12 +291,3 @@ class GuaranteeAssignment(LeafSystem):
         times = zip(lasts(chosen), before, self._steps, strict=True)
         # The first times that differ decide.
         return next((is_longer(*each) for each in times if each[0] != each[1]), False)
-
-    def _what_is_held(self, context):
-        if self._hold == "none":
-            return None
-        held = context.get_discrete_state(self._held).value()
-        return None if held[0] == NOTHING_HELD else held.astype(int)
-
-    def _keep(self, context, discrete_state):
-        discrete_state.set_value(self._held, self._chosen.Eval(context))

@@ -76,7 +76,7 @@ def tests_of(file: Path) -> tuple[list[str], list[str]]:
     folder = ROOT / "tests" / floor
     mirror = folder if floor == "hardware_io" else folder / rooms[0]
     found = sorted(mirror.rglob("test_*.py") if mirror.is_dir() else folder.glob("test_*.py"))
-    away = _steps_away(file)
+    away = {_dotted(each): steps for each, steps in _steps_away(file).items()}
     first, others = list[str](), list[tuple[int, str]]()
     for test in found:
         name = str(test.relative_to(ROOT))
@@ -84,7 +84,7 @@ def tests_of(file: Path) -> tuple[list[str], list[str]]:
         top = ROOT / "tests" if floor == "diagrams" else folder
         above = [each / "conftest.py" for each in test.parents if each.is_relative_to(top)]
         used = _imported(test).union(*(_imported(each) for each in above if each.is_file()))
-        steps = min(away.get(each, len(away)) for each in used)
+        steps = min((away.get(each, len(away)) for each in used), default=len(away))
         if file.stem in test.stem or _dotted(file) in _imported(test):
             first.append(name)
         elif steps < len(away) or any(map(_loads_more, used)):
@@ -99,8 +99,7 @@ def try_fault(module: Module, fault: Fault) -> dict[str, object]:
     about |= {"old": source[fault.start : fault.end], "new": fault.new, "found": None}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        stale = {Path(*each.split(".")).with_suffix(".py") for each in _steps_away(module.file)}
-        copy_tree(folder, stale=stale)
+        copy_tree(folder, stale=_steps_away(module.file))
         file = folder / module.file
         file.write_text(fault.made_in(source), encoding="utf-8")
         spoilt: list[str] = []
@@ -167,7 +166,8 @@ def _story(file: Path) -> str:
 
 
 def _dotted(file: Path) -> str:
-    return ".".join(file.with_suffix("").parts)
+    """Name by which a file is imported; that of `__init__.py` is its folder's."""
+    return ".".join(file.with_suffix("").parts).removesuffix(".__init__")
 
 
 @cache
@@ -188,13 +188,13 @@ def _importers() -> dict[str, set[Path]]:
     return importers
 
 
-def _steps_away(file: Path) -> dict[str, int]:
-    """The file and all that import it, over how many others, by their dotted names."""
-    away, new, steps = dict[str, int](), {file}, 0
+def _steps_away(file: Path) -> dict[Path, int]:
+    """The file and all that import it, whose compiled code is stale, and over how many others."""
+    away, new, steps = dict[Path, int](), {file}, 0
     while new:
-        away |= {_dotted(each): steps for each in new}
+        away |= dict.fromkeys(new, steps)
         every = {each for old in new for each in _importers().get(_dotted(old), ())}
-        new, steps = {each for each in every if _dotted(each) not in away}, steps + 1
+        new, steps = every - away.keys(), steps + 1
     return away
 
 

@@ -60,3 +60,10 @@ def test_a_fault_is_looked_for_in_the_tests_of_its_story_and_found_once():
     fault = next(each for each in units.faults if each.new == "is not")
     tried = sample["try_fault"](units, fault)
     assert str(tried["found"]).startswith("tests/numerics/test_units.py::")
+
+
+def test_who_imports_a_room_imports_the_files_in_it():
+    steps_away = runpy.run_path(str(HERE / "sample.py"))["_steps_away"]
+    away = steps_away(Path("diagrams/tracking/scene/tracking_scene.py"))
+    # It imports `.scene`, whose `__init__.py` names the file.
+    assert away[Path("diagrams/tracking/make_tracking.py")] == 2

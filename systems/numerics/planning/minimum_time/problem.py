@@ -158,7 +158,7 @@ class Problem:
         """
         if self.obstacles is None or self.discs is None:
             return self._solved(guess, None, np.zeros(0), np.zeros((1, 1)))
-        room = distance_spline(self.obstacles, self.discs, self.radius)
+        room = distance_spline(self.obstacles, self.discs, self.trailer.radius)
         return self._solved(guess, room, np.array(self.goal.state[:3]), np.zeros((1, 1)))
 
     def solve_beside_walls(self, guess: Guess, margins: np.ndarray, reach: float) -> Attempt:
@@ -183,22 +183,17 @@ class Problem:
         walls = faced_walls(world, discs, states)
         ends = np.zeros((*walls.shape[:-1], 2, 4))
         ends[..., :2] = walls.reshape(*walls.shape[:-1], 2, 2)
-        local = self.goal.to_frame(ends)[..., :2] / self.radius
+        local = self.goal.to_frame(ends)[..., :2] / self.trailer.radius
         # At a node, the larger margin of the intervals on its sides.
         least = np.tile(margins, (looks, 1))
         least[0, 1:] = np.maximum(margins[1:], margins[:-1])
         # Where it starts is not for the solver to choose.
         least[0, 0] = -np.inf
         floors = np.append(least.ravel(), margins[-1])[:, None]
-        room = FacedWalls(discs, self.radius, looks)
+        room = FacedWalls(discs, self.trailer.radius, looks)
         turn = reach / (discs.length + abs(discs.hitch_offset))
         near = np.array([reach, reach, turn, turn])
         return self._solved(guess, room, local.ravel(), floors, near)
-
-    @property
-    def radius(self) -> float:
-        """Of the tightest turn at full speed [m]."""
-        return self.trailer.radius
 
     def _solved(
         self,
@@ -215,7 +210,7 @@ class Problem:
         It works in the goal's own frame, where the box bounds each entry by itself, with lengths
         in turning radii, so that far goals and slow carts are as well scaled as others.
         """
-        rate, radius = self.trailer.turn_rate, self.radius
+        rate, radius = self.trailer.turn_rate, self.trailer.radius
         units, bounds = np.array([radius, radius, 1.0, 1.0]), [self.trailer.speed, rate]
         guess = replace(guess, states=self.goal.to_frame(guess.states))
         n, arcs = len(guess.controls), len(guess.durations)

@@ -29,7 +29,7 @@ import cv2
 import numpy as np
 
 from ...compiled import compiled
-from .expected_picture import BEHIND, TOP, Scene, smooth
+from .expected_picture import BEHIND, PLACE, TOP, Scene, smooth
 from .range_models import ROUND, Outline, fill_round, radii_at
 
 # Distances up to which errors of pixels are correlated, less so the farther apart they are: from
@@ -44,7 +44,6 @@ def remainder_covariance(
     left: np.ndarray,
     slopes: np.ndarray,
     gains: np.ndarray,
-    moves: np.ndarray,
     raster: np.ndarray,
     spread: np.ndarray,
 ) -> np.ndarray:
@@ -55,7 +54,6 @@ def remainder_covariance(
         left: What fitted pixels show beyond what is expected, shape (u,).
         slopes: Derivatives of what they show by the unknowns, shape (u, m).
         gains: Derivatives of the fitted unknowns by what each pixel shows, shape (u, m).
-        moves: The same of range and bearing alone, shape (u, 2).
         raster: Standard deviation of a fitted pixel due to the raster, shape (u,).
         spread: Of the smoothing, xx, xy, yy, shape (3,) [px^2].
     """
@@ -85,6 +83,7 @@ def remainder_covariance(
     scale = np.array([1 / reach for reach in _REACHES])
     # A kind of negative size is one that takes back what a wider one has too much of.
     sizes = np.linalg.lstsq(kinds * scale[:, None], (found - known) * scale, rcond=None)[0]
+    moves = gains[:, PLACE]
     covariances = [moves.T @ kind.sums(moves) for kind in sums]
     alone = max(found[0] - known[0], _LEAST_LEFT * found[0]) / kinds[0, 0]
     return _at_least(alone * covariances[0], np.tensordot(sizes, covariances, 1))

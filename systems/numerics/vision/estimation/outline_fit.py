@@ -375,7 +375,7 @@ def _judge(
     gains = (slopes @ np.tensordot(shares, inverses, 1)) * weights[:, None]
     by_raster = raster_covariance(scene, values, gains[:, PLACE])
     by_rest = remainder_covariance(
-        scene, left - slopes @ step, slopes, gains, gains[:, PLACE], raster, values[SPREAD]
+        scene, left - slopes @ step, slopes, gains, raster, values[SPREAD]
     )
     covariance = by_raster + by_rest + np.tensordot(shares, priors, 1) + (apart.T * shares) @ apart
     place, shift = values[PLACE] + step[PLACE], (off + step)[SHIFTS]

@@ -59,7 +59,6 @@ def test_errors_are_told_by_remainders_whatever_is_alike_in_them(scene, fit, dra
                 errors - slopes @ step,
                 slopes,
                 gains,
-                gains[:, :2],
                 np.zeros(len(slopes)),
                 np.array([0.5, 0.0, 0.5]),
             )
@@ -79,9 +78,7 @@ def test_what_the_raster_explains_is_not_counted_again(scene, fit):
         smooth = cv2.GaussianBlur(generator.standard_normal(SHAPE), (0, 0), 1.0).ravel()
         errors = 0.02 * generator.standard_normal(len(slopes)) + raster * smooth / smooth.std()
         left = errors - slopes @ (errors @ gains)
-        covariance = remainder_covariance(
-            scene, left, slopes, gains, gains[:, :2], share * raster, spread
-        )
+        covariance = remainder_covariance(scene, left, slopes, gains, share * raster, spread)
         told.append(covariance[0, 0])
     alone = 0.02**2 * (gains[:, 0] @ gains[:, 0])
     assert told[0] > 1.5 * told[1]
