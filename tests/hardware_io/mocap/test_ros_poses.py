@@ -25,9 +25,9 @@ from sightfield.hardware_io.kinds.dds_node import (
     Vector3,
     open_domain,
 )
-from sightfield.hardware_io.mocap.pose_receiver import USUAL_TOPICS
 from sightfield.hardware_io.mocap.ros_poses import RosPoses
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.station.ros_topics import USUAL_TOPICS
 
 DOMAIN = 223
 
