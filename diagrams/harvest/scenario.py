@@ -71,7 +71,8 @@ class FieldSource:
     no_go: str = ""
     # Where the field is entered, besides gates of the file and in its coordinates.
     gates: tuple[tuple[float, float], ...] = ()
-    # Likewise, where trucks may stand; without any they stand at gates, or else on the margin.
+    # Likewise, where trucks may stand; without any they stand on the margin, as near to gates as
+    # there is room.
     trucks: tuple[tuple[float, float], ...] = ()
     # Of a field in metres: longitude and latitude of its zero [deg]; null: nobody knows.
     origin: tuple[float, float] | None = None

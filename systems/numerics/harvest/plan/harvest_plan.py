@@ -45,7 +45,8 @@ TEAMS = 6
 # each further try.
 FIRST_TRUCK = 0.125
 OTHER_TRUCK = 0.38
-# Largest distance from the place of a truck to where its cart is emptied [m].
+# Largest distance from the place of a truck to where its cart is emptied, and from a gate to the
+# edge of the field [m].
 NEAR_TRUCK = 60.0
 # Part of a tank that a combine can surely fill without a cart.
 SURE = 0.9
@@ -386,7 +387,7 @@ def plan_harvest(
         except NoPlan as fault:
             faults.append(fault)
         except InvalidInput:
-            # A later plan may leave no room for trucks: then the first failure is raised.
+            # Trucks may have no room elsewhere: then the first failure is raised.
             if not faults:
                 raise
         if failure is not None:
@@ -427,8 +428,9 @@ def truck_places(
 ) -> np.ndarray:
     """Poses of the tractor beside trucks on the margin, shape (K, 3).
 
-    They are near the field's places for trucks, else near its gates, else about evenly spaced round
-    it. Carts have room there from the beginning on, and no combine ever comes there.
+    They are near the field's places for trucks, else as near to its gates as there is room, else
+    about evenly spaced round it. Carts have room there from the beginning on, and no combine ever
+    comes there.
 
     Args:
         team: Paths of the combines.
@@ -438,6 +440,7 @@ def truck_places(
 
     Raises:
         InvalidInput: The margin has no room for so many, or none near the places of trucks.
+        NoPlan: It has, but combines pass there.
     """
     field = team.field
     # Not as far out as carts may drive: they swing out a little where they come in.
@@ -456,8 +459,10 @@ def truck_places(
     poses = np.column_stack([here, course])
     rear, front = cart.length * 1.28 + cart.hitch_offset, cart.tractor_ends[1]
     outlines = _boxes(poses, -rear - FREE / 2, front + FREE / 2, cart.width / 2 + FREE / 2)
-    margin = field.ground.difference(field.outline)
-    fits = shapely.covers(margin, outlines)
+    fits = shapely.covers(field.ground.difference(field.outline), outlines)
+    bent = _bends(course, math.ceil(RUN / (SHORTEST_LINE / 4))) > STRAIGHT
+    # What has no room even without combines is no matter of their plan.
+    _choose_places(field, count, first, edge, (ways, here), fits, bent)
     passed = []
     for timed in team.paths:
         along = timed.path.pose_at(timed.path.stations_every(FREE))
@@ -465,7 +470,36 @@ def truck_places(
             passed.append(_boxes(along, part[0, 0], part[1, 0], part[2, 1]))
     near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
     fits[near[0]] = False
-    bent = _bends(course, math.ceil(RUN / (SHORTEST_LINE / 4))) > STRAIGHT
+    try:
+        return poses[_choose_places(field, count, first, edge, (ways, here), fits, bent)]
+    except InvalidInput as fault:
+        raise NoPlan(*fault.args) from None
+
+
+def _choose_places(
+    field: Field,
+    count: int,
+    first: float,
+    edge: shapely.LineString,
+    stations: tuple[np.ndarray, np.ndarray],
+    fits: np.ndarray,
+    bent: np.ndarray,
+) -> list[int]:
+    """Which of the places along the edge carts are emptied at.
+
+    Args:
+        field: Its places for trucks and its gates are asked.
+        count: Of carts.
+        first: As in `truck_places`.
+        edge: Where the places lie.
+        stations: How far along it each lies [m], shape (n,), and where that is [m], shape (n, 2).
+        fits: Which of them have room, shape (n,).
+        bent: Which of them are taken only if no other is left, shape (n,).
+
+    Raises:
+        InvalidInput: There is no room for so many, or none near the places of trucks.
+    """
+    ways, here = stations
     places = field.trucks if len(field.trucks) else field.gates
     chosen: list[int] = []
     for k in range(count):
@@ -479,21 +513,26 @@ def truck_places(
         apart[~fits] = np.inf
         for other in chosen:
             apart[np.hypot(*(here - here[other]).T) < SHORTEST_LINE] = np.inf
-        chosen.append(int(np.argmin(apart)))
         require(
-            bool(np.isfinite(apart[chosen[-1]])),
+            bool(np.isfinite(apart).any()),
             "margin",
             f"have room for {count} carts beside combines",
             field.margin,
         )
         if len(places):
             place = places[k % len(places)]
-            far = float(np.hypot(*(here[chosen[-1]] - place)))
+            far = np.hypot(*(here - place).T)
             most = NEAR_TRUCK + SHORTEST_LINE * (k // len(places))
+            # Trucks drive in at a gate and on along the margin; where they have a place, they stay.
+            free = np.isfinite(apart) if len(field.trucks) else np.ones(len(apart), dtype=bool)
+            nearest = far[free].min()
             near_enough = f"have room for cart {k} within {most:g} m of ({place[0]:.1f}, "
             near_enough += f"{place[1]:.1f}) on the margin"
-            require(far <= most, "trucks", near_enough, f"{far:.0f} m")
-    return poses[chosen]
+            require(bool(nearest <= most), "trucks", near_enough, f"{nearest:.0f} m")
+            if len(field.trucks):
+                apart[far > most] = np.inf
+        chosen.append(int(np.argmin(apart)))
+    return chosen
 
 
 def _bends(course: np.ndarray, reach: int) -> np.ndarray:

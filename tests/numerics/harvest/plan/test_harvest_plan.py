@@ -29,6 +29,7 @@ from sightfield.systems.numerics.harvest.machines import (
     is_alongside,
     size_of,
 )
+from sightfield.systems.numerics.harvest.paths import MachinePath
 from sightfield.systems.numerics.harvest.plan import harvest_plan
 from sightfield.systems.numerics.harvest.plan.harvest_plan import (
     LITTLE_WAITING,
@@ -407,8 +408,31 @@ def test_carts_are_emptied_where_trucks_stand_or_else_at_gates():
     assert np.hypot(*(places(1, gates=gate) - gate).T).max() < NEAR_TRUCK
     both = places(2, gates=gate, trucks=truck)
     assert np.hypot(*(both - truck).T).max() < NEAR_TRUCK
-    with pytest.raises(InvalidInput, match=r"`trucks` must have room for cart 0 within 60 m of"):
-        places(1, trucks=[[60.0, -300.0]])
+    for name in ("trucks", "gates"):
+        with pytest.raises(
+            InvalidInput, match=r"`trucks` must have room for cart 0 within 60 m of"
+        ):
+            places(1, **{name: [[60.0, -300.0]]})
+
+
+def test_where_combines_pass_another_plan_of_theirs_is_asked_and_trucks_drive_on_from_a_gate():
+    """Combines pass within 60 m of a place on both sides of its edge; beyond there is room."""
+    field = Field.rectangle(300.0, 120.0)
+    team = plan_combines(field, [Combine()])
+    blocked = np.array([[150.0, -6.0]])
+    along = MachinePath.of(np.array([[75.0, -6.0, 0.0], [225.0, -6.0, 0.0]]))
+    (path,) = team.paths
+    timetable = replace(team.timetable, paths=(replace(path, path=along),))
+    passing = replace(team, timetable=timetable)
+
+    def places(team, **told):
+        return truck_places(replace(team, field=replace(field, **told)), Cart(), 1)[:, :2]
+
+    far = np.hypot(*(places(passing, gates=blocked) - blocked).T)
+    assert 75.0 < far < 120.0
+    assert np.hypot(*(places(team, trucks=blocked) - blocked).T) < NEAR_TRUCK
+    with pytest.raises(NoPlan, match="within 60 m"):
+        places(passing, trucks=blocked)
 
 
 def test_the_first_reason_is_told_where_other_ways_leave_no_room_for_trucks(monkeypatch):
