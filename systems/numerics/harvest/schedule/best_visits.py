@@ -54,6 +54,9 @@ _ORDERS = 30
 _MOST_VISITS = 250_000
 # Combines up to which all short words are looked at, and up to which words grow.
 _FEW, _MOST_GROWN = 4, 7
+# How many words of each length grow, and how many of these are changed: in search of the best ones,
+# to decide whether some are enough, and for more than a few combines.
+_SEARCHED, _DECIDED, _MANY = (36, 6), (6, 3), (2, 2)
 # By which part a word must be better than another.
 _BETTER = 1e-6
 # Factor on ways that is tried first where no larger one is known for which the cart has a plan.
@@ -335,9 +338,9 @@ def _best_by_truck(
     tanks, ways = tanks_of(served), ways_of(served, truck)
     known = tuple(order.index(n) for n in best[0].combines)
     seeds = [(known, best[0].trips), *(rounds_of_all(size, with_truck=True) if few else ())]
-    kept = (24 if math.isinf(asked) else 6) if few else 2
+    kept, changed = (_SEARCHED if math.isinf(asked) else _DECIDED) if few else _MANY
     longest = 4 * max(size, 3) if few else 2 * size
-    word = grown_word(tanks, ways, longest, kept, asked, seeds)
+    word = grown_word(tanks, ways, longest, kept, changed, asked, seeds)
     best = _better(fleet, order, truck, word, best)
     if not few or best[1] >= asked:
         return best
@@ -345,7 +348,7 @@ def _best_by_truck(
     word = best_short_word(tanks, ways, _ALL_UP_TO[size], least)
     if word.limit > -math.inf:
         best = _better(fleet, order, truck, word, best)
-        word = grown_word(tanks, ways, longest, kept, asked, [word.visits])
+        word = grown_word(tanks, ways, longest, kept, changed, asked, [word.visits])
         best = _better(fleet, order, truck, word, best)
     return best
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
-from .changed_word import change_word
+from .changed_word import change_word, no_ends
 from .word_limit import (
     Desk,
     Tanks,
@@ -38,8 +38,6 @@ Visits = tuple[tuple[int, ...], tuple[bool, ...]]
 
 # Part of the best limit that a word must reach to grow on.
 _NEAR = 0.7
-# How many of the best words of each length are improved by small changes.
-_CHANGED = 6
 # By which part of its limit a word must be better than another.
 _BETTER = 1e-9
 
@@ -75,6 +73,7 @@ def grown_word(
     ways: Ways,
     longest: int,
     kept: int,
+    changed: int,
     enough: float,
     seeds: list[Visits],
 ) -> RatedWord:
@@ -85,6 +84,7 @@ def grown_word(
         ways: Between visits.
         longest: Visits of the longest words.
         kept: How many words of each length grow on.
+        changed: How many of these are made better by small changes, at most `kept`.
         enough: A limit with which the search ends [-].
         seeds: Words to begin with.
     """
@@ -97,13 +97,14 @@ def grown_word(
                 _keep(word, trips, limit, *garden.of(len(word)))
     _grow(tanks, ways, enough, garden.words, garden.trips, garden.limits)
     desk = desk_for(len(tanks.capacities), longest)
+    ends = no_ends(changed * longest, longest)
     best = RatedWord(-math.inf, ((), ()))
     for length, limits in enumerate(garden.limits):
-        for rank in range(min(_CHANGED, kept)):
+        for rank in range(changed):
             if limits[rank] == -math.inf or best.limit >= enough:
                 break
             word, trips = garden.words[length, rank], garden.trips[length, rank]
-            limit, size = change_word(word, trips, length, limits[rank], tanks, ways, desk)
+            limit, size = change_word(word, trips, length, limits[rank], tanks, ways, desk, ends)
             if limit > best.limit * (1.0 + _BETTER):
                 best = RatedWord(limit, (tuple(word[:size].tolist()), tuple(trips[:size].tolist())))
     return best

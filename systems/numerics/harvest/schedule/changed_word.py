@@ -2,10 +2,14 @@
 
 Two visits change places, or the trips after them do; a visit is moved with its trip, goes to
 another combine, is put in or left out; a trip is put in or left out. Each change that helps is
-made at once. What is left is the best word within one change, not of all words.
+made at once. What is left is the best word within one change, not of all words. Where changes lead
+to a word that has been left before, they end.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ...compiled import compiled, kernel
 from .word_limit import Desk, Tanks, Trips, Ways, Word, limit_beyond
@@ -17,9 +21,35 @@ _BETTER = 1e-9
 _SWAP, _MOVE, _GO_TO, _LEAVE_OUT, _PUT_IN, _SWAP_TRIPS, _TURN_TRIP, _PUT_IN_WITH_TRIP = range(8)
 
 
+class Ends(NamedTuple):
+    """Words that no change makes better, as far as they are known.
+
+    Attributes:
+        words, trips: The words, (number, longest) each.
+        sizes: Their numbers of visits, 0 where there is no word yet, (number,).
+    """
+
+    words: NDArray[np.int64]
+    trips: NDArray[np.bool_]
+    sizes: NDArray[np.int64]
+
+
+def no_ends(number: int, longest: int) -> Ends:
+    """Room for so many words of at most so many visits."""
+    words = np.zeros((number, longest), dtype=np.int64)
+    return Ends(words, np.zeros_like(words, dtype=np.bool_), np.zeros(number, dtype=np.int64))
+
+
 @compiled
 def change_word(
-    word: Word, trips: Trips, size: int, limit: float, tanks: Tanks, ways: Ways, desk: Desk
+    word: Word,
+    trips: Trips,
+    size: int,
+    limit: float,
+    tanks: Tanks,
+    ways: Ways,
+    desk: Desk,
+    ends: Ends,
 ) -> tuple[float, int]:
     """Change a word for the better as long as some change helps.
 
@@ -31,6 +61,7 @@ def change_word(
         tanks: What is visited.
         ways: Between visits.
         desk: For words as long as the longest.
+        ends: Words from which no change leads on; the changed word is added if there is room.
 
     Returns:
         The limit of the changed word, and its number of visits.
@@ -40,6 +71,11 @@ def change_word(
     kinds = 8 if with_truck else 5
     helps = True
     while helps:
+        for known in range(len(ends.sizes)):
+            if ends.sizes[known] == size and _is_rotated(
+                word, trips, ends.words[known], ends.trips[known], size
+            ):
+                return limit, size
         helps = False
         for kind in range(kinds):
             visit = 0
@@ -59,6 +95,10 @@ def change_word(
                         limit, size, helps = found, now, True
                         word[:now], trips[:now] = other[:now], by_truck[:now]
                 visit += 1
+    for known in range(len(ends.sizes)):
+        if ends.sizes[known] == 0:
+            ends.words[known], ends.trips[known], ends.sizes[known] = word, trips, size
+            break
     return limit, size
 
 
@@ -134,3 +174,18 @@ def _serves_all(word: Word, count: int) -> bool:
         if not served:
             return False
     return True
+
+
+@kernel
+def _is_rotated(word: Word, trips: Trips, other: Word, by_truck: Trips, size: int) -> bool:
+    """Whether two words of as many visits are one, begun at any of its visits."""
+    for turn in range(size):
+        same = True
+        for visit in range(size):
+            there = (visit + turn) % size
+            same = word[visit] == other[there] and trips[visit] == by_truck[there]
+            if not same:
+                break
+        if same:
+            return True
+    return False

@@ -36,8 +36,9 @@ from .word_limit import tanks_of, ways_of, word_limit
 _LONGEST_ROUND = 48
 # Combines up to which all choices of trips are tried.
 _ALL_TRIPS = 7
-# How many of the best rounds are compared by their exact factors, and by their trips.
-_JUDGED = 4
+# How many of the best rounds are compared by their exact factors, and by their trips, and by which
+# part of the best one's their limits may be less.
+_JUDGED, _EQUAL = 4, 1e-6
 
 
 def unloading_share(fleet: Fleet, combines: Iterable[int]) -> float:
@@ -112,8 +113,9 @@ def best_round(fleet: Fleet, order: tuple[int, ...], truck: Truck | None) -> tup
         for each in rounds
     ]
     promising = sorted(range(len(rounds)), key=lambda number: -limits[number])[:_JUDGED]
+    least = limits[promising[0]] * (1.0 - _EQUAL)
     best: tuple[Round, float] | None = None
-    for number in sorted(promising):
+    for number in sorted(each for each in promising if not limits[each] < least):
         scale = driving_scale(fleet, rounds[number])
         if best is None or scale >= best[1] * (1.0 - 1e-9):
             best = rounds[number], scale

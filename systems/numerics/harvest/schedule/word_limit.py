@@ -171,9 +171,10 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
     """Upper bound of a word's limit: by its period, and by each way back to a combine.
 
     In a period P the cart unloads f P at each combine. This takes at least f / u of P, and at least
-    P - v C / f if its v visits are to find no more than full tanks. The truck gets all, a full cart
-    a trip. The rest of P is left for driving. Between two visits to one combine its tank fills
-    during the ways, and during all stays with combines that are visited at no other time.
+    P - v C / f if its v visits are to find no more than full tanks. The truck gets all, a trip no
+    more than the cart holds or finds. The rest of P is left for driving. Between two visits to one
+    combine its tank fills during the ways, and during all stays with combines that are visited at
+    no other time.
     """
     capacities, fill_rates, net_rates = tanks
     visits, inside = desk.visits, desk.inside
@@ -197,7 +198,7 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
     if driven == 0.0:
         return np.inf
     standing = stops * ways.stop
-    longest = stops * ways.room / filled if np.isfinite(ways.room) else np.inf
+    longest = _most_brought(word, trips, tanks, ways.room) / filled
     most: float = -np.inf
     for n in range(count + 1):
         # Periods at which the sum of all stays, as a function of the period, has a bend.
@@ -243,6 +244,28 @@ def _bound(word: Word, trips: Trips, tanks: Tanks, ways: Ways, desk: Desk) -> fl
         elif filling < stop:
             return -np.inf
     return most
+
+
+@kernel
+def _most_brought(word: Word, trips: Trips, tanks: Tanks, room: float) -> float:
+    """The most grain that a cart brings to its truck in all trips of a word; infinite: no truck.
+
+    In a visit it gets what is in a full tank, and what is cut until that is empty.
+    """
+    if not np.isfinite(room):
+        return np.inf
+    size, first = len(word), 0
+    while first < size and not trips[first]:
+        first += 1
+    brought, load = 0.0, 0.0
+    for visit in range(first + 1, first + 1 + size):
+        here = visit % size
+        n = word[here]
+        load += tanks.capacities[n] * (1.0 + tanks.fill_rates[n] / tanks.net_rates[n])
+        if trips[here]:
+            brought += min(load, room)
+            load = 0.0
+    return brought
 
 
 @kernel
@@ -347,6 +370,8 @@ def _lower(most: float, least: float, rows: int, columns: int, desk: Desk) -> fl
         costs[column] = _COST * (1.0 + 0.37 * column)
     costs[0] = 1.0
     lowered = 0.0
+    # The row of what leaves: beside the table, whose rows the compiler takes for one another.
+    pivot = desk.level
     for _ in range(_MOST_STEPS):
         leaves, worst = -1, -_TOLERANCE
         for row in range(rows):
@@ -369,19 +394,21 @@ def _lower(most: float, least: float, rows: int, columns: int, desk: Desk) -> fl
             return -np.inf
         inverse = 1.0 / table[leaves, enters]
         for column in range(columns):
-            table[leaves, column] *= inverse
+            pivot[column] = inverse * table[leaves, column]
+            table[leaves, column] = pivot[column]
         table[leaves, enters] = inverse
         right[leaves] *= inverse
         for row in range(rows):
             part = table[row, enters]
             if row == leaves or part == 0.0:
                 continue
+            other = table[row]
             for column in range(columns):
-                table[row, column] -= part * table[leaves, column]
-            table[row, enters] = -part * inverse
+                other[column] -= part * pivot[column]
+            other[enters] = -part * inverse
             right[row] -= part * right[leaves]
         part = costs[enters]
         for column in range(columns):
-            costs[column] -= part * table[leaves, column]
+            costs[column] -= part * pivot[column]
         costs[enters] = -part * inverse
     return np.nan

@@ -99,12 +99,12 @@ def test_words_grow_from_rounds_and_are_no_worse():
     of_rounds = max(
         word_limit(np.array(word), np.array(trips), tanks, ways, 0.0) for word, trips in rounds
     )
-    limit, (word, trips) = grown_word(tanks, ways, 16, 6, math.inf, rounds)
+    limit, (word, trips) = grown_word(tanks, ways, 16, 6, 6, math.inf, rounds)
     assert limit > 1.02 * of_rounds
     assert word_limit(np.array(word), np.array(trips), tanks, ways, 0.0) == pytest.approx(limit)
     # A limit that is enough ends the search.
-    assert of_rounds <= grown_word(tanks, ways, 16, 6, of_rounds, rounds)[0] < limit
-    assert grown_word(tanks, ways, 16, 6, math.inf, []) == (-math.inf, ((), ()))
+    assert of_rounds <= grown_word(tanks, ways, 16, 6, 6, of_rounds, rounds)[0] < limit
+    assert grown_word(tanks, ways, 16, 6, 6, math.inf, []) == (-math.inf, ((), ()))
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sightfield.systems.numerics.harvest.schedule.answer import answer_schedule
-from sightfield.systems.numerics.harvest.schedule.changed_word import change_word
+from sightfield.systems.numerics.harvest.schedule.changed_word import change_word, no_ends
 from sightfield.systems.numerics.harvest.schedule.fleet import Fleet, Truck
 from sightfield.systems.numerics.harvest.schedule.word_limit import (
     desk_for,
@@ -72,7 +72,8 @@ def test_what_comes_of_a_word_is_better_and_no_change_helps_it(begin, with_truck
     word[: len(first)], trips[: len(first)] = zip(*first, strict=True)
     before = limit_of(first, tanks, ways)
     desk = desk_for(4, LONGEST)
-    limit, size = change_word(word, trips, len(first), before, tanks, ways, desk)
+    ends = no_ends(2, LONGEST)
+    limit, size = change_word(word, trips, len(first), before, tanks, ways, desk, ends)
     # Without a truck two of them are the best within one change as they stand.
     assert limit > (1.02 if with_truck else 1 - 1e-8) * before
     after = list(zip(word[:size].tolist(), trips[:size].tolist(), strict=True))
@@ -80,6 +81,16 @@ def test_what_comes_of_a_word_is_better_and_no_change_helps_it(begin, with_truck
     near = neighbours(after, with_truck)
     assert len(near) > 40
     assert max(limit_of(each, tanks, ways) for each in near) <= limit * (1 + 1e-8)
+    # Begun at another visit it is a word that is known: an end is kept once.
+    word[:size], trips[:size] = np.roll(word[:size], 2), np.roll(trips[:size], 2)
+    again = change_word(word, trips, size, limit, tanks, ways, desk, ends)
+    assert (again, ends.sizes.tolist()) == ((limit, size), [size, 0])
+    # What differs from it in its trips alone is another word.
+    if with_truck:
+        trips[:size] = ~trips[:size]
+        if trips[:size].any():
+            change_word(word, trips, size, 0.0, tanks, ways, desk, ends)
+            assert ends.sizes[1] > 0
 
 
 # Where the words that were found were less good with more: 3.6% with a larger cart, 1.8% with a
