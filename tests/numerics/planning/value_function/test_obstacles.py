@@ -44,12 +44,14 @@ def test_the_way_round_a_wall_is_longer(solve, walled):
     assert solve().time_to_go(start) < detour < walled.time_to_go(start) < 13
 
 
-def test_walls_have_no_mirror_images(walled):
+@pytest.mark.parametrize("times_of", ["interpolated", "time_to_go"])
+def test_walls_have_no_mirror_images(walled, times_of):
     """Walls are on one side, though the grid lies alike on both sides of the goal."""
+    look_up = getattr(walled, times_of)
     low, high = [-4, -1, -math.pi, -1], [0, 7, math.pi, 1]
     starts = np.random.default_rng(16).uniform(low, high, (100, 4))
-    times = walled.interpolated(starts)
-    images = walled.interpolated(np.array([0, 6, 0, 0]) + starts * [1, -1, -1, -1])
+    times = look_up(starts)
+    images = look_up(np.array([0, 6, 0, 0]) + starts * [1, -1, -1, -1])
     known = np.isfinite(times) & np.isfinite(images)
     assert np.median(np.abs(times[known] - images[known])) > 0.5
 
