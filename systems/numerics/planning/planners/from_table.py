@@ -17,8 +17,6 @@ import shapely
 
 from ...errors import require
 from ...geometry.world import World, make_world
-from ..arc_words.candidates import scattered_words
-from ..arc_words.quickest import word_path
 from ..footprint import Discs, covering_discs, path_overlap, require_clear_ends, walls_part
 from ..goal import Goal, checked_start
 from ..minimum_time.planner import plan_by_casadi
@@ -27,7 +25,7 @@ from ..minimum_time.seeds import default_seeds, detours
 from ..plan import Plan, TrailerPath
 from ..trailer import Trailer
 from ..value_function.grid import THESIS_STEP, StateGrid, grid_around
-from ..value_function.policy import is_late, roll_out
+from ..value_function.policy import is_late, other_ways, roll_out
 from ..value_function.solve import Progress, solve_value_function, widened
 from ..value_function.value_function import ValueFunction, look_up_in_reach
 
@@ -37,9 +35,9 @@ METHOD = "value-function"
 WORTH = 1.0
 # Least saving of time that counts, relative to it.
 _LESS = 1e-6
-# Words that are drawn for a cart that may reverse, intervals and iterations of the small programme
-# among walls, and the share of the time that a way must save to be solved again.
-SCATTERED, _INTERVALS, _ITERATIONS, _SAVED = 20, 30, 100, 1e-3
+# Intervals and iterations of the small programme among walls, and the share of the time that a way
+# must save to be solved again.
+_INTERVALS, _ITERATIONS, _SAVED = 30, 100, 1e-3
 
 
 def grid_within(world: World, trailer: Trailer, goal: Goal, step: float) -> StateGrid:
@@ -107,7 +105,7 @@ def plan_from_table(
     seeds: dict[str, list[TrailerPath]] = {}
     if len(path.controls):
         seeds["driven down the table, then polished"] = [path]
-        if quicker := _quicker_ways(trailer, start, goal, world, discs, path):
+        if quicker := _quicker_ways(value, start, goal, world, discs, path):
             seeds["found by a small programme, then polished"] = quicker
     polished = {
         name: plan_by_casadi(trailer, start, goal, seeds=each, obstacles=world, discs=discs)
@@ -149,7 +147,7 @@ def plan_from_table(
 
 
 def _quicker_ways(
-    trailer: Trailer,
+    value: ValueFunction,
     start: Sequence[float],
     goal: Goal,
     world: World,
@@ -158,14 +156,12 @@ def _quicker_ways(
 ) -> list[TrailerPath]:
     """Ways among walls that a small programme finds, quicker than the one that was driven.
 
-    It starts from that way, from ways round corners, and for a cart that may reverse from words
-    drawn at random: such a cart has more ways than a table tells apart, those with other cusps.
+    It starts from that way, from ways down the table that begin otherwise, and from ways round
+    corners.
     """
+    trailer = value.trailer
     problem = Problem(trailer, checked_start(trailer, start, goal), goal, _ITERATIONS, world, discs)
-    seeds = [driven, *default_seeds(problem)[0]]
-    if trailer.reverse:
-        words = scattered_words(trailer, start, goal, SCATTERED)
-        seeds += [word_path(trailer, problem.start, word) for word in words]
+    seeds = [driven, *other_ways(value, start), *default_seeds(problem)[0]]
     tried = [problem.solve(resampled(seed, _INTERVALS)) for seed in seeds]
     quick = float(driven.times[-1]) * (1 - _SAVED)
     found = [each for each in tried if each.is_path and each.time < quick]

@@ -11,6 +11,7 @@ and takes another only when that does not help.
 import math
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
 from ..arc_words.shortened import OVERLAP, Clearance, after, end_of, merged, shortened
+from ..arc_words.words import control_set
 from ..goal import Goal
 from ..plan import TrailerPath
 from ..trailer import Trailer, hold_beta, shift_of
@@ -40,6 +42,8 @@ LONGER, SLACK = 0.1, 0.2
 DETOUR = 0.5
 # Share of the margin that the word being followed has to keep, or its durations are chosen anew.
 HALF = 0.5
+# For how long controls are held at the beginnings of other ways [1 / turn rate].
+HELD = (0.4, 0.8)
 # Room that a cart beside a wall may lose by rounding at its start, in lengths of the trailer.
 _ROUNDING = 1e-9
 # No arcs: the cart is there.
@@ -252,6 +256,32 @@ def roll_out(value: ValueFunction, start) -> Rollout:
     else:
         path = word_path(value.trailer, state, word)
     return Rollout(path, word is not None, promised)
+
+
+def other_ways(value: ValueFunction, start) -> list[TrailerPath]:
+    """Ways down a table among walls that begin with each control, held for each of some times.
+
+    Beside walls a table's times are off by more than the ways differ: which way is quickest is told
+    only by paths that begin as they do. Their beginnings may run into walls.
+
+    Args:
+        value: A table among walls.
+        start: x, y, theta, beta [m], [m], [rad], [rad].
+    """
+    trailer, walls = value.trailer, with_spare(value.walls, 0.0)
+    local = value.to_table(start)
+    at_home = replace(value, placement=(0.0, 0.0, 0.0))
+    ways = []
+    for held, (v, omega) in product(HELD, control_set(trailer)):
+        control, duration = (v * trailer.speed, omega * trailer.turn_rate), held / trailer.turn_rate
+        path = search_path(
+            at_home, walls, drive(trailer, local, *control, duration), value.goal
+        ).path
+        if path is not None:
+            controls = np.vstack([[control], path.controls])
+            word = merged(ArcWord(controls, np.concatenate([[duration], np.diff(path.times)])))
+            ways.append(word_path(trailer, np.array(start, dtype=float), word))
+    return ways
 
 
 def inside(value: ValueFunction, states) -> np.ndarray:

@@ -28,10 +28,12 @@ from sightfield.systems.numerics.planning.value_function.obstacles import (
 )
 from sightfield.systems.numerics.planning.value_function.policy import (
     AT_REST,
+    HELD,
     attained_times,
     best_word,
     follow,
     next_word,
+    other_ways,
     roll_out,
 )
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
@@ -274,3 +276,23 @@ def test_it_arrives_by_late_and_noisy_measurements_without_touching(rows):
     assert path.states[-1] == pytest.approx(states[-1], abs=1e-6)
     assert deepest_overlap(world, covering_discs(CART), path.states) < 0.0
     assert period * len(states) < 1.05 * roll_out(value, start).path.times[-1] + 0.2
+
+
+def test_other_ways_among_walls_begin_with_each_control_and_end_in_the_box(standing_rows):
+    world, _, goal = standing_rows
+    cart = Trailer(turn_rate=0.8)
+    value = solve_value_function(cart, goal, grid_within(world, cart, goal, 0.3), obstacles=world)
+    start = (6.0, 2.6, 0.4, 0.3)
+    ways = other_ways(value, start)
+    firsts = set()
+    for way in ways:
+        assert tuple(way.states[0]) == start
+        assert max(value.goal.miss(way.states[-1])) < 1e-6
+        held = float(way.times[np.argmax(np.diff(way.controls[:, 1], append=np.nan) != 0) + 1])
+        assert held >= min(HELD) / cart.turn_rate - 1e-9
+        firsts.add(tuple(way.controls[0].tolist()))
+    assert firsts == {(1.0, -0.8), (1.0, 0.0), (1.0, 0.8)}
+    times = [float(way.times[-1]) for way in ways]
+    # They differ, and are worth a try: one is nearly as quick as the table says.
+    assert 0.9 * value.time_to_go(start) < min(times) < 1.3 * value.time_to_go(start)
+    assert max(times) > 1.05 * min(times)
