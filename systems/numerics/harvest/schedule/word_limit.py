@@ -263,7 +263,7 @@ def _most_brought(word: Word, trips: Trips, tanks: Tanks, room: float) -> float:
         n = word[here]
         load += tanks.capacities[n] * (1.0 + tanks.fill_rates[n] / tanks.net_rates[n])
         if trips[here]:
-            brought += min(load, room)
+            brought += float(min(load, room))
             load = 0.0
     return brought
 

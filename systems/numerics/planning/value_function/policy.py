@@ -265,18 +265,19 @@ def other_ways(value: ValueFunction, start) -> list[TrailerPath]:
     only by paths that begin as they do. Their beginnings may run into walls.
 
     Args:
-        value: A table among walls.
+        value: The table; in the open field there are none.
         start: x, y, theta, beta [m], [m], [rad], [rad].
     """
+    if value.walls is None:
+        return []
     trailer, walls = value.trailer, with_spare(value.walls, 0.0)
     local = value.to_table(start)
     at_home = replace(value, placement=(0.0, 0.0, 0.0))
     ways = []
     for held, (v, omega) in product(HELD, control_set(trailer)):
         control, duration = (v * trailer.speed, omega * trailer.turn_rate), held / trailer.turn_rate
-        path = search_path(
-            at_home, walls, drive(trailer, local, *control, duration), value.goal
-        ).path
+        begun = drive(trailer, local, *control, duration)
+        path = search_path(at_home, walls, begun, value.goal).path
         if path is not None:
             controls = np.vstack([[control], path.controls])
             word = merged(ArcWord(controls, np.concatenate([[duration], np.diff(path.times)])))
