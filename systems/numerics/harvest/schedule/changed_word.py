@@ -35,7 +35,12 @@ class Ends(NamedTuple):
 
 
 def no_ends(number: int, longest: int) -> Ends:
-    """Room for so many words of at most so many visits."""
+    """Room for words that are not known yet.
+
+    Args:
+        number: How many.
+        longest: Visits of the longest.
+    """
     words = np.zeros((number, longest), dtype=np.int64)
     return Ends(words, np.zeros_like(words, dtype=np.bool_), np.zeros(number, dtype=np.int64))
 
