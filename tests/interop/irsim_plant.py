@@ -18,7 +18,8 @@ from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
-from messages import (
+
+from sightfield.hardware_io.kinds.dds_node import (
     Header,
     Odometry,
     Point,

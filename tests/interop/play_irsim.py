@@ -79,10 +79,9 @@ class Plant:
 
     def __init__(self, world: Path) -> None:
         peer = Path(__file__).with_name("irsim_plant.py")
-        types = ROOT / "hardware_io" / "dds"
         self._process = subprocess.Popen(
             [PYTHON, peer, world, str(DOMAIN)],
-            env={**ENVIRONMENT, "PYTHONPATH": str(types)},
+            env={**ENVIRONMENT, "PYTHONPATH": str(world.parent)},
             stdout=subprocess.PIPE,
             text=True,
         )
@@ -145,6 +144,8 @@ def main() -> int:
     faults = []
     with tempfile.TemporaryDirectory() as folder:
         world, out = Path(folder) / "world.yaml", Path(folder) / "out"
+        # The environment of ir-sim has no Sightfield: it takes the types of messages from here.
+        (Path(folder) / "sightfield").symlink_to(ROOT)
         world.write_text(yaml.safe_dump(world_of(set_up_game(scenario.tracking))))
         with Plant(world) as plant:
             played = subprocess.run(run(out), env=ENVIRONMENT, check=False)

@@ -3,9 +3,11 @@
 Who hears whom: every quality of service of the other side, and the hashes that go beside it.
 """
 
+import ast
 import time
 from dataclasses import fields, is_dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -242,3 +244,12 @@ def test_a_message_whose_texts_are_none_is_left_out(node, message):
         time.sleep(0.05)
     assert node.take(reader) == [message, message]
     assert node.take(reader) == []
+
+
+def test_what_the_plant_of_ir_sim_takes_from_here_is_there():
+    """It runs in an environment of its own (`make irsim`), where nothing checks its imports."""
+    plant = Path(__file__).parents[2] / "interop" / "irsim_plant.py"
+    taken = [each for each in ast.parse(plant.read_text()).body if isinstance(each, ast.ImportFrom)]
+    (types,) = [each for each in taken if (each.module or "").startswith("sightfield.")]
+    assert types.module == dds_node.__name__
+    assert {each.name for each in types.names} <= {each.__name__ for each in TYPES}
