@@ -30,7 +30,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from ..links.robot_link import LinkError
-from .plain_cdr import PlainMessage
+from .plain_cdr import plainly_encoded
 
 
 def _zeros() -> list[float]:
@@ -86,18 +86,20 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
     w: float64 = 1.0
 
 
+@plainly_encoded
 @dataclass
 @final
-class Twist(PlainMessage, typename="geometry_msgs::msg::dds_::Twist_"):
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
     """Speeds and turn rates: `linear.x` forward, `angular.z` to the left."""
 
     linear: Vector3 = field(default_factory=Vector3)
     angular: Vector3 = field(default_factory=Vector3)
 
 
+@plainly_encoded
 @dataclass
 @final
-class TwistStamped(PlainMessage, typename="geometry_msgs::msg::dds_::TwistStamped_"):
+class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
     """A twist with a header; newer robots expect this type."""
 
     header: Header = field(default_factory=Header)
@@ -133,9 +135,10 @@ class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWi
     covariance: array[float64, 36] = field(default_factory=_zeros)  # pyright: ignore[reportAssignmentType]
 
 
+@plainly_encoded
 @dataclass
 @final
-class Odometry(PlainMessage, typename="nav_msgs::msg::dds_::Odometry_"):
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
     """Pose and twist of a robot, `child_frame_id`, from wheel odometry."""
 
     header: Header = field(default_factory=Header)
@@ -144,9 +147,10 @@ class Odometry(PlainMessage, typename="nav_msgs::msg::dds_::Odometry_"):
     twist: TwistWithCovariance = field(default_factory=TwistWithCovariance)
 
 
+@plainly_encoded
 @dataclass
 @final
-class PoseStamped(PlainMessage, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
     """A pose with its time and frame."""
 
     header: Header = field(default_factory=Header)

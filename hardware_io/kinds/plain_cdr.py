@@ -9,7 +9,7 @@ from functools import cache
 from itertools import groupby
 from operator import attrgetter
 from struct import Struct, calcsize
-from typing import Any, NamedTuple, Self, TypeGuard
+from typing import Any, NamedTuple, TypeGuard, TypeVar
 
 from cyclonedds.idl import IdlStruct
 
@@ -18,6 +18,8 @@ _HEAD = b"\x00\x01\x00\x00"
 _LENGTH = Struct("<I")
 # Formats of `struct`, by the names of the library's types.
 _FORMATS = {"float64": "d", "int32": "i", "uint32": "I"}
+
+_Message = TypeVar("_Message", bound=IdlStruct)
 
 
 class _Piece(NamedTuple):
@@ -37,57 +39,59 @@ class _Piece(NamedTuple):
     is_array: bool
 
 
-class PlainMessage(IdlStruct):
-    """A message whose fields are numbers, arrays of numbers, texts, and messages of such fields."""
+def plainly_encoded(kind: type[_Message]) -> type[_Message]:
+    """A type of message whose fields are numbers, arrays of numbers, texts, and such messages.
 
-    def serialize(
-        self, buffer: Any = None, endianness: Any = None, use_version_2: bool | None = None
-    ) -> bytes:
-        """The bytes of a message.
+    The type stays one of its own: a base class would be told to other participants as a base of the
+    type, and Cyclone DDS 0.10 talks to none whose base has no fields.
 
-        Args:
-            buffer, endianness, use_version_2: As in `IdlStruct`, which packs it if one is given.
-        """
-        if use_version_2 or buffer is not None or endianness is not None:
-            return super().serialize(buffer, endianness, use_version_2)
-        pieces, values_of = _layout(type(self))
-        values, data = values_of(self), bytearray(_HEAD)
-        for numbers, size, first, end, is_array in pieces:
-            data += b"\x00" * ((len(_HEAD) - len(data)) % size)
-            if numbers is None:
-                text = values[first].encode()
-                data += _LENGTH.pack(len(text) + 1) + text + b"\x00"
+    Args:
+        kind: The type; its methods that encode and decode are replaced.
+    """
+    kind.serialize = _serialize
+    kind.deserialize = classmethod(_deserialize)  # type: ignore[assignment]
+    return kind
+
+
+def _serialize(
+    self: IdlStruct, buffer: Any = None, endianness: Any = None, use_version_2: bool | None = None
+) -> bytes:
+    """The bytes of a message; `IdlStruct` packs those that are to be encoded otherwise."""
+    if use_version_2 or buffer is not None or endianness is not None:
+        return IdlStruct.serialize(self, buffer, endianness, use_version_2)
+    pieces, values_of = _layout(type(self))
+    values, data = values_of(self), bytearray(_HEAD)
+    for numbers, size, first, end, is_array in pieces:
+        data += b"\x00" * ((len(_HEAD) - len(data)) % size)
+        if numbers is None:
+            text = values[first].encode()
+            data += _LENGTH.pack(len(text) + 1) + text + b"\x00"
+        else:
+            data += numbers.pack(*(values[first] if is_array else values[first:end]))
+    return bytes(data)
+
+
+def _deserialize(
+    cls: type[_Message], data: bytes, has_header: bool = True, use_version_2: bool | None = None
+) -> _Message:
+    """Decode a message, as `IdlStruct` does, which reads every other encoding."""
+    if use_version_2 or not has_header or data[:2] != _HEAD[:2]:
+        return IdlStruct.deserialize.__func__(cls, data, has_header, use_version_2)
+    at, values = len(_HEAD), list[Any]()
+    for numbers, size, _, _, is_array in _layout(cls)[0]:
+        at += (len(_HEAD) - at) % size
+        if numbers is None:
+            begin = at + _LENGTH.size
+            at = begin + _LENGTH.unpack_from(data, at)[0]
+            values.append(data[begin : at - 1].decode())
+        else:
+            found = numbers.unpack_from(data, at)
+            at += numbers.size
+            if is_array:
+                values.append(list(found))
             else:
-                data += numbers.pack(*(values[first] if is_array else values[first:end]))
-        return bytes(data)
-
-    @classmethod
-    def deserialize(
-        cls, data: bytes, has_header: bool = True, use_version_2: bool | None = None
-    ) -> Self:
-        """Decode a message.
-
-        Args:
-            data: Its bytes.
-            has_header, use_version_2: As in `IdlStruct`, which reads every other encoding.
-        """
-        if use_version_2 or not has_header or data[:2] != _HEAD[:2]:
-            return super().deserialize(data, has_header, use_version_2)
-        at, values = len(_HEAD), list[Any]()
-        for numbers, size, _, _, is_array in _layout(cls)[0]:
-            at += (len(_HEAD) - at) % size
-            if numbers is None:
-                begin = at + _LENGTH.size
-                at = begin + _LENGTH.unpack_from(data, at)[0]
-                values.append(data[begin : at - 1].decode())
-            else:
-                found = numbers.unpack_from(data, at)
-                at += numbers.size
-                if is_array:
-                    values.append(list(found))
-                else:
-                    values += found
-        return _build(cls, iter(values))
+                values += found
+    return _build(cls, iter(values))
 
 
 @cache
