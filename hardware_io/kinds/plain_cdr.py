@@ -49,7 +49,7 @@ def plainly_encoded(kind: type[_Message]) -> type[_Message]:
         kind: The type; its methods that encode and decode are replaced.
     """
     kind.serialize = _serialize
-    kind.deserialize = classmethod(_deserialize)  # type: ignore[assignment]
+    kind.deserialize = classmethod(_deserialize)  # type: ignore[assignment]  # a method of the class
     return kind
 
 
