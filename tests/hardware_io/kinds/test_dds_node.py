@@ -254,7 +254,7 @@ def test_what_the_plant_of_ir_sim_takes_from_here_is_there():
     assert {each.name for each in types.names} <= {each.__name__ for each in TYPES}
 
 
-@pytest.mark.parametrize("kind", TYPES)
+@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
 def test_no_type_tells_others_of_a_base(kind):
     """Cyclone DDS 0.10 takes a type whose base has no fields for invalid."""
     assert kind.__base__ is IdlStruct

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain, islice
 from typing import NamedTuple
 
@@ -461,8 +462,9 @@ def truck_places(
     outlines = _boxes(poses, -rear - FREE / 2, front + FREE / 2, cart.width / 2 + FREE / 2)
     fits = shapely.covers(field.ground.difference(field.outline), outlines)
     bent = _bends(course, math.ceil(RUN / (SHORTEST_LINE / 4))) > STRAIGHT
+    choose = partial(_choose_places, field, count, first, edge, (ways, here), bent)
     # What has no room even without combines is no matter of their plan.
-    _choose_places(field, count, first, edge, (ways, here), fits, bent)
+    choose(fits)
     passed = []
     for timed in team.paths:
         along = timed.path.pose_at(timed.path.stations_every(FREE))
@@ -471,7 +473,7 @@ def truck_places(
     near = shapely.STRtree(np.concatenate(passed)).query(outlines, "dwithin", distance=FREE)
     fits[near[0]] = False
     try:
-        return poses[_choose_places(field, count, first, edge, (ways, here), fits, bent)]
+        return poses[choose(fits)]
     except InvalidInput as fault:
         raise NoPlan(*fault.args) from None
 
@@ -482,8 +484,8 @@ def _choose_places(
     first: float,
     edge: shapely.LineString,
     stations: tuple[np.ndarray, np.ndarray],
-    fits: np.ndarray,
     bent: np.ndarray,
+    fits: np.ndarray,
 ) -> list[int]:
     """Which of the places along the edge carts are emptied at.
 
@@ -493,8 +495,8 @@ def _choose_places(
         first: As in `truck_places`.
         edge: Where the places lie.
         stations: How far along it each lies [m], shape (n,), and where that is [m], shape (n, 2).
-        fits: Which of them have room, shape (n,).
         bent: Which of them are taken only if no other is left, shape (n,).
+        fits: Which of them have room, shape (n,).
 
     Raises:
         InvalidInput: There is no room for so many, or none near the places of trucks.

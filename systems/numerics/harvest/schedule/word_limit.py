@@ -101,7 +101,8 @@ class Desk(NamedTuple):
         table: Coefficients of all conditions, (rows, columns).
         right: Their right sides, (rows,).
         costs: Of each unknown, (columns,).
-        level: Coefficients of what one tank holds, and a constant, (columns + 1,).
+        level: Coefficients of what one tank holds, and a constant; later a row of the table,
+            (columns + 1,).
         visits: How often each combine is visited, (N,).
         inside: How often between two visits to one of them, (N,).
     """

@@ -16,6 +16,7 @@ from threadpoolctl import ThreadpoolController
 
 from ...compiled import compiled, kernel
 from ..goal import Goal
+from ..plan import TrailerPath
 from ..trailer import Trailer
 from .quickest import ArcWord
 from .words import control_set
@@ -251,6 +252,11 @@ def merged(word: ArcWord) -> ArcWord:
             controls.append(control)
             durations.append(duration)
     return ArcWord(np.array(controls).reshape(-1, 2), np.array(durations))
+
+
+def word_of(path: TrailerPath) -> ArcWord:
+    """The word of which a path is driven."""
+    return merged(ArcWord(path.controls, np.diff(path.times)))
 
 
 def after(word: ArcWord, time: float) -> ArcWord:

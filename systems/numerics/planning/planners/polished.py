@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
-import numpy as np
-
 from ...errors import require
 from ..arc_words.candidates import (
     car_words,
@@ -15,7 +13,7 @@ from ..arc_words.candidates import (
     quickest_words,
 )
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
-from ..arc_words.shortened import merged
+from ..arc_words.shortened import word_of
 from ..car_paths import dubins_paths, reeds_shepp_paths
 from ..extremals.planner import plan_by_extremals
 from ..goal import Goal, checked_start
@@ -216,7 +214,7 @@ def _quickest(
 ) -> list[ArcWord]:
     """The quickest words near ways down the table, its word, those of a car and drawn ones."""
     trailer, start, goal = problem.trailer, problem.start, problem.goal
-    words = [merged(ArcWord(way.controls, np.diff(way.times))) for way in ways]
+    words = [word_of(way) for way in ways]
     promised = math.inf
     if value is not None:
         known = word_known(value, value.to_table(start))

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..arc_words.candidates import car_words, keeps_limit, quickest_words, rank
 from ..arc_words.quickest import LONGEST, ArcWord, quickest_word, word_path
-from ..arc_words.shortened import OVERLAP, Clearance, after, end_of, merged, shortened
+from ..arc_words.shortened import OVERLAP, Clearance, after, end_of, merged, shortened, word_of
 from ..arc_words.words import control_set
 from ..goal import Goal
 from ..plan import TrailerPath
@@ -143,15 +143,11 @@ def _best_into(value: ValueFunction, local: np.ndarray, aim: Goal, spare: float)
         return STANDSTILL
     trailer = value.trailer
     at_home = replace(value, placement=(0.0, 0.0, 0.0))
-    ways = [
-        merged(ArcWord(way.path.controls, np.diff(way.path.times)))
-        for way in descents(at_home, local, aim=aim)[:WAYS]
-    ]
+    ways = [word_of(way.path) for way in descents(at_home, local, aim=aim)[:WAYS]]
     if value.walls is not None:
         search = search_path(at_home, with_spare(value.walls, spare), local, aim)
         if search.path is not None:
-            path = search.path
-            ways.append(merged(ArcWord(path.controls, np.diff(path.times))))
+            ways.append(word_of(search.path))
     known = word_known(at_home, local)
     # The known word may lead through channels narrower than a cell.
     ways += [] if known is None or not aim.contains(end_of(trailer, local, known)) else [known]
@@ -279,8 +275,9 @@ def other_ways(value: ValueFunction, start) -> list[TrailerPath]:
         begun = drive(trailer, local, *control, duration)
         path = search_path(at_home, walls, begun, value.goal).path
         if path is not None:
-            controls = np.vstack([[control], path.controls])
-            word = merged(ArcWord(controls, np.concatenate([[duration], np.diff(path.times)])))
+            rest = word_of(path)
+            controls = np.vstack([[control], rest.controls])
+            word = merged(ArcWord(controls, np.append(duration, rest.durations)))
             ways.append(word_path(trailer, np.array(start, dtype=float), word))
     return ways
 

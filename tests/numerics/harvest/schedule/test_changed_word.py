@@ -88,9 +88,9 @@ def test_what_comes_of_a_word_is_better_and_no_change_helps_it(begin, with_truck
     # What differs from it in its trips alone is another word.
     if with_truck:
         trips[:size] = ~trips[:size]
-        if trips[:size].any():
-            change_word(word, trips, size, 0.0, tanks, ways, desk, ends)
-            assert ends.sizes[1] > 0
+        assert trips[:size].any()
+        change_word(word, trips, size, 0.0, tanks, ways, desk, ends)
+        assert ends.sizes[1] > 0
 
 
 # Where the words that were found were less good with more: 3.6% with a larger cart, 1.8% with a
