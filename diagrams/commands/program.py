@@ -2,17 +2,22 @@
 
 While it only imports and reads its words, and after it has said what came out, a signal ends it at
 once. A command at work is interrupted instead, as by Ctrl-C in any program of Python, and puts away
-what it has begun. Either way the exit code is 128 and the signal's number, and nothing is printed.
+what it has begun. Either way the exit code is 128 and the signal's number, and nothing is printed,
+wherever in Python the signal comes.
 """
 
 # Nothing else: until a signal is answered, it ends in a traceback or leaves things behind.
 import os
 import signal
 import sys
+import threading
 
 # Ctrl-C, a request to end as `kill` and `timeout` send it, and a terminal that is closed.
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _UNANSWERED = (signal.SIG_DFL, signal.default_int_handler)
+
+# How long what has swallowed an interruption may take to go, before it is interrupted again, s.
+_SWALLOWED = 0.01
 
 # Threads of the linear algebra, unless somebody has said how many: its matrices are small here, and
 # threads that wait for one another spin. Two processes on two cores took four times as long.
@@ -30,9 +35,12 @@ class Ending:
     def __init__(self) -> None:
         self.at_work = False
         self.first: int | None = None
+        self._asked = False
+        self._thread = threading.get_ident()
 
     def answer(self) -> None:
         """Answer signals from now on, but those that whoever started the program has ignored."""
+        sys.unraisablehook = self._hear
         for number in _ENDS:
             if signal.getsignal(number) in _UNANSWERED:
                 signal.signal(number, self._handle)
@@ -45,12 +53,29 @@ class Ending:
         if not self.at_work:
             # Modules that are half imported would swallow an exception, or complain of it.
             os._exit(128 + number)
-        self.first = self.first or number
         if number != signal.SIGINT:
-            # `timeout` asks twice; what is put away meanwhile is to be put away whole.
-            for each in _ENDS[1:]:
-                signal.signal(each, signal.SIG_IGN)
+            if self._asked:
+                # `timeout` asks twice; what is put away meanwhile is to be put away whole.
+                return
+            self._asked = True
+        self.first = self.first or number
         raise KeyboardInterrupt
+
+    def _hear(self, complaint: "sys.UnraisableHookArgs") -> None:
+        """Hear of an exception that nothing could catch, as of a thing that went."""
+        if self.first is None:
+            sys.__unraisablehook__(complaint)
+        elif self.at_work and complaint.exc_type is KeyboardInterrupt:
+            self._asked = False
+            again = threading.Timer(_SWALLOWED, self._interrupt)
+            again.daemon = True
+            again.start()
+        # Of the rest, an interruption is the reason: what it left half made goes.
+
+    def _interrupt(self) -> None:
+        if self.at_work and self.first is not None:
+            # To the thread that is to be interrupted: it may be waiting.
+            signal.pthread_kill(self._thread, self.first)
 
 
 def main() -> None:

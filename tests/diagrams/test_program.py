@@ -83,6 +83,49 @@ def test_linear_algebra_has_one_thread_unless_somebody_has_said_how_many(said):
     assert done.stdout.splitlines()[-1] == (said or "1")
 
 
+# The program, whose command is told to end in places where an exception cannot be caught.
+WORKS = """
+import os, sys, time, types
+
+class Going:
+    def __del__(self):
+        {sends}
+
+class HalfMade:
+    def __init__(self):
+        {sends}
+        self.whole = True
+    def __del__(self):
+        assert self.whole
+
+def main(begin):
+    begin()
+    {does}
+    time.sleep(50)
+
+sys.modules["sightfield.diagrams.commands.app"] = types.SimpleNamespace(main=main)
+from sightfield.diagrams.commands.program import main
+main()
+"""
+
+
+@pytest.mark.timeout(40)
+@pytest.mark.parametrize("does", ["HalfMade()", "Going()"])
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_ends_a_command_wherever_it_comes(number, does):
+    """As compilers make half of a thing, which complains as it goes, or swallow what is raised."""
+    code = WORKS.format(sends=f"os.kill(os.getpid(), {int(number)})", does=does)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+
+
+def test_what_cannot_be_caught_is_told_as_long_as_nothing_ends_the_program():
+    code = WORKS.format(sends="return", does="HalfMade(); return")
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "AttributeError: 'HalfMade' object has no attribute 'whole'" in done.stderr
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_run_that_a_signal_breaks_off_leaves_nothing(number, tmp_path):
     words = ["track", "corner_1v1", "--no-meshcat", "--realtime", "1"]
