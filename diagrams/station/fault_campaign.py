@@ -21,6 +21,7 @@ from .hardware import (
     PoseFault,
     PoseReading,
     displaced,
+    find_kind,
     frozen,
     read_run_log,
     stuck,
@@ -33,7 +34,8 @@ from .session import open_laboratory
 
 # A robot that is to be affected has a wheel that turns faster than this [m/s].
 _MOVING = 0.05
-# How long one may take to move [s], and to stand after the fault.
+# How long one may take to move [s], and to stand after the fault beside the silence after which it
+# stops by itself.
 _UNTIL_IT_MOVES, _UNTIL_IT_STANDS = 6.0, 2.0
 # How long a fault is left once robots stand, so that it is told [s]: a robot reports five times a
 # second, and a tenth of the reports is lost.
@@ -169,13 +171,14 @@ def run_faults(
     """
     for name in names:
         require(name in FAULTS, "names", f"be of {', '.join(FAULTS)}", name)
-    each = 2 * _CARRIED + _UNTIL_IT_MOVES + _UNTIL_IT_STANDS + 2 * _LEFT + 2.0
+    patience = find_kind(scenario.radio.kind).stops_after + _UNTIL_IT_STANDS
+    each = 2 * _CARRIED + _UNTIL_IT_MOVES + patience + 2 * _LEFT + 2.0
     scenario = replace(scenario, seconds=each * (len(names) + 1))
     operator = Operator(running=False)
     with open_laboratory(scenario, game, "emulate", operator) as devices:
         assert isinstance(devices, Devices)
         poses = FaultyPoses(devices.poses)
-        campaign = _Campaign(game, poses, devices.laboratory, operator, names, seed)
+        campaign = _Campaign(game, poses, devices.laboratory, operator, names, seed, patience)
         with contextlib.suppress(_Over):
             done = run_station(
                 scenario,
@@ -203,11 +206,12 @@ class _Campaign:
         operator: Operator,
         names: Sequence[str],
         seed: int,
+        patience: float,
     ) -> None:
         self._starts = np.concatenate([game.pursuer_starts, game.evader_starts])
         self._poses, self._laboratory = poses, laboratory
         self._operator, self._names = operator, names
-        self._rng = np.random.default_rng(seed)
+        self._rng, self._patience = np.random.default_rng(seed), patience
         self._now = 0.0
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -263,7 +267,7 @@ class _Campaign:
             way.look()
             return self._still_since(chosen) < math.inf
 
-        stands = _wait(stand, _UNTIL_IT_STANDS)
+        stands = _wait(stand, self._patience)
         rest = max(self._still_since(chosen) - began, 0.0) if stands else math.inf
         time.sleep(_LEFT)
         self.moments.append(Moment(name, robots, now, self._now, rest, way.visible))
