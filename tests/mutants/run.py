@@ -86,7 +86,8 @@ def run_tests(
     # What an outer pytest says to its own processes is not meant for this one.
     outer = {name: each for name, each in os.environ.items() if not name.startswith("PYTEST_")}
     # Looked at before site-packages, in which an editable install leads to the checkout.
-    environment = {**outer, "PYTHONPATH": str(folder / "installed")}
+    # With CI=true a test whose tools are missing fails, and is not skipped.
+    environment = {**outer, "PYTHONPATH": str(folder / "installed"), "CI": "true"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     captured = {"cwd": folder, "env": environment, "capture_output": True, "text": True}
     try:

@@ -62,6 +62,22 @@ def test_a_fault_is_looked_for_in_the_tests_of_its_story_and_found_once():
     assert str(tried["found"]).startswith("tests/numerics/test_units.py::")
 
 
+def test_every_module_with_faults_has_tests_on_its_floor():
+    sample = runpy.run_path(str(HERE / "sample.py"))
+    files = [each.file for each in sample["read_modules"]()]
+    assert [str(file) for file in files if not any(sample["tests_of"](file))] == []
+
+
+def test_a_test_whose_parameters_are_named_after_the_fault_finds_it():
+    sample = runpy.run_path(str(HERE / "sample.py"))
+    modules = {str(each.file): each for each in sample["read_modules"]()}
+    gates = modules["systems/station/gates.py"]
+    source = sample["ROOT"].joinpath(gates.file).read_text(encoding="utf-8")
+    (fault,) = [each for each in gates.faults if source[: each.start].endswith("STOPPED = 1.0, ")]
+    tried = sample["try_fault"](gates, fault)
+    assert str(tried["found"]).endswith("unless_the_operator_lets_them[1.0]")
+
+
 def test_who_imports_a_room_imports_the_files_in_it():
     steps_away = runpy.run_path(str(HERE / "sample.py"))["_steps_away"]
     away = steps_away(Path("diagrams/tracking/scene/tracking_scene.py"))
