@@ -35,6 +35,8 @@ from .range_models import ROUND, Outline, fill_round, radii_at
 # Distances up to which errors of pixels are correlated, less so the farther apart they are: from
 # each pixel alone to the blocks of a compressed picture, which have 8 pixels [px].
 _REACHES = (1, 2, 4, 8)
+# Largest relative variance of what is told by them: beyond, it is not known.
+_MOST_DOUBT = 0.5
 # Least share of the remainders that is not put down to the raster.
 _LEAST_LEFT = 0.1
 
@@ -82,11 +84,33 @@ def remainder_covariance(
     # Sums of many products are less sure.
     scale = np.array([1 / reach for reach in _REACHES])
     # A kind of negative size is one that takes back what a wider one has too much of.
-    sizes = np.linalg.lstsq(kinds * scale[:, None], (found - known) * scale, rcond=None)[0]
+    solve = np.linalg.pinv(kinds * scale[:, None]) * scale
+    sizes = solve @ (found - known)
     moves = gains[:, PLACE]
-    covariances = [moves.T @ kind.sums(moves) for kind in sums]
+    covariances = np.array([moves.T @ kind.sums(moves) for kind in sums])
+    doubt = np.sqrt(1 + _doubts(sizes, np.diagonal(covariances, 0, 1, 2).T @ solve, len(left)))
     alone = max(found[0] - known[0], _LEAST_LEFT * found[0]) / kinds[0, 0]
-    return _at_least(alone * covariances[0], np.tensordot(sizes, covariances, 1))
+    shared = np.tensordot(sizes, covariances, 1) * np.outer(doubt, doubt)
+    return _at_least(alone * covariances[0], shared)
+
+
+def _doubts(sizes: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
+    """Relative variances of variances that are told by sums over neighbours, shape (k,).
+
+    A variance that is told by a few remainders comes out too small as often as too large, and what
+    errs is then the more surprised: the mean of its square over such a variance is larger than 1
+    by this. Of sums over an even field of normal remainders, whose spectrum is known.
+
+    Args:
+        sizes: Of the kinds of errors.
+        weights: Of the sums in each variance, shape (k, sums).
+        count: How many remainders there are.
+    """
+    power = np.maximum(np.tensordot(sizes, _SPECTRA, 1), 0.0)
+    shares = np.tensordot(weights, _SPECTRA, 1) * power
+    mean = count * shares.mean(axis=(1, 2)) ** 2
+    doubts = 2 * (shares**2).mean(axis=(1, 2)) / np.maximum(mean, 1e-300)
+    return np.minimum(doubts, _MOST_DOUBT)
 
 
 def _at_least(least: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -102,6 +126,18 @@ def _at_least(least: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 def _near(reach: int) -> np.ndarray:
     """Weights that fall with the distance, shape (2 reach - 1,)."""
     return 1 - np.abs(np.arange(1 - reach, reach)) / reach
+
+
+def _spectrum(reach: int) -> np.ndarray:
+    """Of the weights of neighbours in the plane, shape (n, n)."""
+    size = 4 * _REACHES[-1]
+    row = np.zeros(size)
+    row[np.arange(1 - reach, reach)] = _near(reach)
+    along = np.fft.fft(row).real
+    return np.outer(along, along)
+
+
+_SPECTRA = np.array([_spectrum(reach) for reach in _REACHES])
 
 
 def _smeared(spread: np.ndarray) -> np.ndarray:
