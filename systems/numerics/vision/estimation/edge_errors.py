@@ -17,7 +17,9 @@ from the remainders: from their mean square, and from sums of products of near a
 neighbours. Errors that the fit could follow are not among its remainders. So each sum is compared
 with what errors of one kind, of a known size, would leave after the same fit. What errors in the
 blocks of a compressed picture are near to one another they are not over the whole block: kinds may
-have negative sizes. But errors are never taken for smaller than if each pixel erred by itself.
+have negative sizes. But errors are never taken for smaller than if each pixel erred by itself. And
+where errors are alike over many pixels, few independent ones tell their size, which is then
+enlarged by how unsure it is.
 
 Sources: ours; C. R. Rao, Estimation of variance and covariance components, Journal of Multivariate
 Analysis 1, 1971, whose sums of squares and of products of neighbours are compared in this way.
@@ -95,11 +97,11 @@ def remainder_covariance(
 
 
 def _doubts(sizes: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
-    """Relative variances of variances that are told by sums over neighbours, shape (k,).
+    """Relative variances of variances that sums over neighbours tell, shape (k,).
 
-    A variance that is told by a few remainders comes out too small as often as too large, and what
-    errs is then the more surprised: the mean of its square over such a variance is larger than 1
-    by this. Of sums over an even field of normal remainders, whose spectrum is known.
+    A variance that few remainders tell comes out too small as often as too large. The mean of a
+    squared error over such a variance then exceeds 1 by this much. Worked out for an even field of
+    normal remainders, of which the spectrum is known.
 
     Args:
         sizes: Of the kinds of errors.

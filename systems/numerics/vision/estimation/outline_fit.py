@@ -62,7 +62,7 @@ _PROFILE = 0.9
 _UNEVEN = 0.2
 # Widths of the shifts' prior, in deviations of the smoothing: the response is close to linear, or
 # parts of the picture are as bright as it can tell.
-_LINEAR, _SATURATED = (0.005, 0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
+_LINEAR, _SATURATED = (0.0015, 0.005, 0.015, 0.045, 0.135, 0.4), (0.3, 0.6, 1.2)
 # Expected deviations of the light across and along, and of the colours of other things, in units of
 # the shell's colour.
 _LIGHT_SPREAD, _OTHER_SPREAD = 0.25, 0.1

@@ -83,3 +83,18 @@ def test_what_the_raster_explains_is_not_counted_again(scene, fit):
     alone = 0.02**2 * (gains[:, 0] @ gains[:, 0])
     assert told[0] > 1.5 * told[1]
     assert told[1] < 3 * alone
+
+
+def test_what_few_remainders_tell_is_doubted_as_much_as_it_errs(scene, fit):
+    """Mean squares over variances are 1, where variances that vary by themselves would exceed it."""
+    slopes, gains = fit
+    nothing, spread = np.zeros(len(slopes)), np.array([0.5, 0.0, 0.5])
+    generator, squares = np.random.default_rng(7), []
+    for reach in (4, 8):
+        for _ in range(600):
+            errors = 0.03 * drawn(generator, reach)
+            step = errors @ gains
+            left = errors - slopes @ step
+            told = np.diag(remainder_covariance(scene, left, slopes, gains, nothing, spread))
+            squares.append(step[:2] ** 2 / told)
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.06)
