@@ -86,7 +86,7 @@ def test_what_the_raster_explains_is_not_counted_again(scene, fit):
 
 
 def test_what_few_remainders_tell_is_doubted_as_much_as_it_errs(scene, fit):
-    """Mean squares over variances are 1, where variances that vary by themselves would exceed it."""
+    """Squares over variances are 1 on average; variances that vary by themselves make them more."""
     slopes, gains = fit
     nothing, spread = np.zeros(len(slopes)), np.array([0.5, 0.0, 0.5])
     generator, squares = np.random.default_rng(7), []
