@@ -2,8 +2,8 @@
 
 Each fault of the sample is made in a copy of the tree, and the tests of the folder that mirrors its
 file are run: first those named for the file or importing it, then the others. A fault is found when
-a test fails that passes without it, or when one never ends. What was tried is written to a file
-line by line; with the same file the sample is gone on with.
+a test fails that passes without it, when one never ends, and when one ends with a crash. What was
+tried is written to a file line by line; with the same file the sample is gone on with.
 """
 
 import json
@@ -111,6 +111,9 @@ def try_fault(module: Module, fault: Fault) -> dict[str, object]:
                     return about | {"found": said}
                 if code in (PASSED, _NO_TESTS):
                     break
+                if code < 0:
+                    # Compiled code that reads beyond an array ends the process.
+                    return about | {"found": f"pytest was ended by signal {-code}"}
                 failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
                 if failed is None or failed[1] in spoilt:
                     raise RuntimeError(f"pytest ended with {code}:\n{said}")
