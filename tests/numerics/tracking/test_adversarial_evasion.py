@@ -43,8 +43,10 @@ def test_an_evader_that_nobody_sees_waits():
     assert not flee([(2.0, 0.5)], [(2.0, 3.5)]).any()
 
 
-def test_without_corners_it_runs_from_the_nearest_pursuer():
-    velocity = flee([(1.0, 1.0), (3.0, 1.0)], [(1.0, 2.0)], obstacles=())
+@pytest.mark.parametrize("shift", range(3))
+def test_without_corners_it_runs_from_the_nearest_pursuer_whatever_its_number(shift):
+    pursuers = np.roll([(1.0, 1.0), (3.0, 1.0), (2.5, 3.5)], shift, axis=0)
+    velocity = flee(pursuers, [(1.0, 2.0)], obstacles=())
     np.testing.assert_allclose(velocity, [[0.0, 0.2]])
 
 
