@@ -1,5 +1,10 @@
-"""How surely evaders are found again that cameras lose from sight: thousands of occlusions."""
+"""How surely evaders are found again that cameras lose from sight: thousands of occlusions.
 
+make bench ARGS="-k occlusions"                          # an hour
+SEED=900 TRIALS=10 make bench ARGS="-k occlusions"       # others
+"""
+
+import os
 import time
 
 import numpy as np
@@ -16,8 +21,8 @@ from sightfield.systems.numerics.vision.whereabouts.reachable_set import make_pl
 
 pytestmark = pytest.mark.benchmarks
 
-# Trials of each rate, and how long each lasts [s].
-TRIALS, SECONDS = 60, 300.0
+# Trials of each rate, the first one's seed, and how long each lasts [s].
+TRIALS, SEED, SECONDS = int(os.environ.get("TRIALS", "60")), int(os.environ.get("SEED", "0")), 300.0
 
 
 @pytest.mark.parametrize("evaders", [1, 2])
@@ -41,7 +46,7 @@ def test_occlusions_of_one_to_thirty_seconds(evaders, rate):
         run_occlusion_trial(
             search, cameras=evaders, rate=rate, seconds=SECONDS, camera_speed=0.3, seed=seed
         )
-        for seed in range(TRIALS)
+        for seed in range(SEED, SEED + TRIALS)
     ]
     used = time.process_time() - began
     hidden = np.concatenate([each.hidden for each in trials])

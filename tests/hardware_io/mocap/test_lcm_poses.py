@@ -56,6 +56,11 @@ def test_other_bytes_are_refused_in_one_line(data):
         assert "\n" not in str(error.value)
 
 
+def test_a_whole_message_of_another_type_is_refused():
+    with pytest.raises(InvalidInput, match=r"must be a sightfield\.poses_t; got 0123456789abcdef"):
+        decode(bytes.fromhex("0123456789abcdef") + BYTES[8:])
+
+
 @given(st.integers(0, len(BYTES) - 1))
 def test_a_message_that_is_cut_off_is_refused(length):
     with pytest.raises(InvalidInput):
