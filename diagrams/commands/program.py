@@ -16,7 +16,7 @@ import threading
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _UNANSWERED = (signal.SIG_DFL, signal.default_int_handler)
 
-# How long what has swallowed an interruption may take to go, before it is interrupted again, s.
+# How long what has swallowed an interruption may take to go, before the next one [s].
 _SWALLOWED = 0.01
 
 # Threads of the linear algebra, unless somebody has said how many: its matrices are small here, and
@@ -70,7 +70,7 @@ class Ending:
             again = threading.Timer(_SWALLOWED, self._interrupt)
             again.daemon = True
             again.start()
-        # Of the rest, an interruption is the reason: what it left half made goes.
+        # The rest is about things that the interruption left half made.
 
     def _interrupt(self) -> None:
         if self.at_work and self.first is not None:

@@ -149,6 +149,7 @@ def test_a_run_that_a_signal_breaks_off_leaves_nothing(number, tmp_path):
 
 
 def test_what_whoever_starts_the_program_has_ignored_stays_ignored():
+    told = sys.unraisablehook
     before = {number: signal.getsignal(number) for number in SIGNALS}
     try:
         for number in SIGNALS:
@@ -164,5 +165,6 @@ def test_what_whoever_starts_the_program_has_ignored_stays_ignored():
             os.kill(os.getpid(), signal.SIGTERM)
         assert ending.first == signal.SIGTERM
     finally:
+        sys.unraisablehook = told
         for number, handler in before.items():
             signal.signal(number, handler)
