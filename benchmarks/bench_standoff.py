@@ -9,6 +9,7 @@ Loops are drawn at random, other ones for another SEED.
 import math
 import os
 import time
+from functools import partial
 
 import control
 import numpy as np
@@ -107,7 +108,7 @@ def test_margins_of_sampled_loops():
     random, worst, stable, same = np.random.default_rng(SEED), np.zeros(3), 0, 0
     for _ in range(MARGINS):
         loop, sampled, delay = drawn(random)
-        found = loop_margins(sampled_loop(loop, sampled, delay))
+        found = margins(loop, sampled, delay)
         expected = transfer(loop, sampled, delay)
         poles = control.feedback(expected, 1).poles()
         same += found.stable == bool(np.all(np.abs(poles) < 1))
@@ -145,6 +146,11 @@ def transfer(loop, sampled, delay):
     return law * plant * late
 
 
+def margins(loop, sampled, delay):
+    """What the laboratory says of a loop's margins."""
+    return loop_margins(sampled_loop(loop, sampled, delay))
+
+
 def test_time_of_analyses_at_extreme_gains():
     worst = {}
     for kp in 10.0 ** np.arange(-3, 7):
@@ -157,9 +163,9 @@ def test_time_of_analyses_at_extreme_gains():
                     continue
                 sampled = SampledPid(period=0.03, limit=0.6)
                 for name, analyse in (
-                    ("region", lambda: region_of_attraction(loop)),  # noqa: B023 - called at once
-                    ("sampled region", lambda: sampled_region(loop, sampled, 2)),  # noqa: B023
-                    ("margins", lambda: loop_margins(sampled_loop(loop, sampled, 2))),  # noqa: B023
+                    ("region", partial(region_of_attraction, loop)),
+                    ("sampled region", partial(sampled_region, loop, sampled, 2)),
+                    ("margins", partial(margins, loop, sampled, 2)),
                 ):
                     began = time.process_time()
                     analyse()
