@@ -8,8 +8,10 @@ Loops are drawn at random, other ones for another SEED.
 
 import math
 import os
+import runpy
 import time
 from functools import partial
+from pathlib import Path
 
 import control
 import numpy as np
@@ -20,7 +22,6 @@ from sightfield.systems.numerics.standoff.attraction import region_of_attraction
 from sightfield.systems.numerics.standoff.loop import (
     CONTROLLERS,
     StandoffLoop,
-    root_slope,
     wanted_equilibrium,
 )
 from sightfield.systems.numerics.standoff.sampled_loop import (
@@ -35,6 +36,10 @@ from sightfield.systems.numerics.standoff.sampled_region import (
 )
 
 pytestmark = pytest.mark.benchmarks
+
+# The open loop, put together by python-control from its parts.
+TESTS = Path(__file__).parents[1] / "tests" / "numerics" / "standoff" / "sampled"
+transfer = runpy.run_path(str(TESTS / "test_margins.py"))["transfer"]
 
 SEED = int(os.environ.get("SEED", "7"))
 # Loops of the regions, states of each, and loops of the margins.
@@ -130,20 +135,6 @@ def test_margins_of_sampled_loops():
         f"most {worst[0]:.1e} (gain) and {worst[1]:.1e} deg (phase); no more than {worst[2]:.1e} "
         "of a peak that a grid of 40,001 frequencies shows is missed"
     )
-
-
-def transfer(loop, sampled, delay):
-    """The open loop, put together by python-control from its parts."""
-    h, blend = sampled.period, 1 - math.exp(-sampled.period / sampled.filter_time)
-    z = control.tf([1, 0], [1], dt=h)
-    law = loop.kp + control.tf([0], [1], dt=h)
-    if loop.integrates:
-        law += loop.ki * h / (z - 1)
-    if loop.derivative_gain:
-        law += loop.kd * blend / h * (z - 1) / (z - 1 + blend)
-    plant = control.sample_system(control.tf([root_slope(loop)], [1, 0]), h, method="zoh")
-    late = control.tf([1], [1] + [0] * delay, dt=h) if delay else 1
-    return law * plant * late
 
 
 def margins(loop, sampled, delay):

@@ -10,7 +10,6 @@ wherever in Python the signal comes.
 import os
 import signal
 import sys
-import threading
 
 # Ctrl-C, a request to end as `kill` and `timeout` send it, and a terminal that is closed.
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -36,7 +35,6 @@ class Ending:
         self.at_work = False
         self.first: int | None = None
         self._asked = False
-        self._thread = threading.get_ident()
 
     def answer(self) -> None:
         """Answer signals from now on, but those that whoever started the program has ignored."""
@@ -66,16 +64,20 @@ class Ending:
         if self.first is None:
             sys.__unraisablehook__(complaint)
         elif self.at_work and complaint.exc_type is KeyboardInterrupt:
-            self._asked = False
-            again = threading.Timer(_SWALLOWED, self._interrupt)
+            # Loaded by whatever is at work, and not needed before.
+            import threading
+
+            # To this very thread: it may be waiting by then.
+            to_whom = threading.get_ident(), self.first
+            again = threading.Timer(_SWALLOWED, self._interrupt, to_whom)
             again.daemon = True
             again.start()
         # The rest is about things that the interruption left half made.
 
-    def _interrupt(self) -> None:
-        if self.at_work and self.first is not None:
-            # To the thread that is to be interrupted: it may be waiting.
-            signal.pthread_kill(self._thread, self.first)
+    def _interrupt(self, thread: int, number: int) -> None:
+        if self.at_work:
+            self._asked = False
+            signal.pthread_kill(thread, number)
 
 
 def main() -> None:

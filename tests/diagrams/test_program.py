@@ -48,11 +48,16 @@ def nothing_is_ignored():
         signal.signal(number, handler)
 
 
+def run(code):
+    """What came of a program."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("module", ["typer", "sightfield.diagrams.commands.track", "pydrake"])
 def test_a_signal_while_the_program_imports_ends_it_without_a_word(number, module):
     code = IMPORTS.format(number=int(number), module=module)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run(code)
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
 
 
@@ -115,13 +120,13 @@ main()
 def test_a_signal_ends_a_command_wherever_it_comes(number, does):
     """As compilers make half of a thing, which complains as it goes, or swallow what is raised."""
     code = WORKS.format(sends=f"os.kill(os.getpid(), {int(number)})", does=does)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run(code)
     assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
 
 
 def test_what_cannot_be_caught_is_told_as_long_as_nothing_ends_the_program():
     code = WORKS.format(sends="return", does="HalfMade(); return")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = run(code)
     assert done.returncode == 0
     assert "AttributeError: 'HalfMade' object has no attribute 'whole'" in done.stderr
 

@@ -21,9 +21,9 @@ def test_teams_start_apart_in_their_regions_and_evaders_in_sight(seed):
     assert (pursuers.shape, evaders.shape) == ((3, 2), (4, 2))
     assert all(LEFT.polygon.contains(shapely.Point(each)) for each in pursuers)
     assert all(WHOLE.polygon.contains(shapely.Point(each)) for each in evaders)
-    wall = ROOMS.polygon
     for evader in evaders:
-        assert any(wall.covers(shapely.LineString([evader, each])) for each in pursuers)
+        rays = [shapely.LineString([evader, each]) for each in pursuers]
+        assert any(ROOMS.polygon.covers(ray) for ray in rays)
     points, radii = np.vstack([pursuers, evaders]), np.repeat([0.3, 0.2], [3, 4])
     gaps = np.hypot(*(points[:, None] - points).T) + 10 * np.eye(7)
     assert (gaps > SPACING * (radii[:, None] + radii)).all()

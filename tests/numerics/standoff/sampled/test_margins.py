@@ -38,7 +38,7 @@ def random_case(random):
 
 def transfer(loop, sampled, delay):
     """The loop put together by python-control from its parts, as the law is written."""
-    h, blend = sampled.period, sampled.blend
+    h, blend = sampled.period, 1 - math.exp(-sampled.period / sampled.filter_time)
     z = control.tf([1, 0], [1], dt=h)
     law = loop.kp + control.tf([0], [1], dt=h)
     if loop.integrates:
