@@ -28,7 +28,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint format mutants mutation-score bench peers interop irsim docs links tutorials pictures tools venv lock clean
+.PHONY: help demo test lint format record mutants mutation-score bench peers interop irsim docs links tutorials pictures tools venv lock clean
 
 help:  ## list the targets
 	@awk -F ':.*##  *' '/^[a-z-]+:.*##/ { printf "make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -59,6 +59,9 @@ format: $(VENV)/dev.stamp  ## rewrite the sources in the house format, clear the
 		"--ClearMetadataPreprocessor.preserve_nb_metadata_mask=$(KEPT)" tutorials/*.ipynb tutorials/solutions/*.ipynb
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
+
+record: $(VENV)/dev.stamp  ## write anew what tests have recorded; look at the diff
+	SIGHTFIELD_RECORD=1 $(BIN)/pytest -q -k recorded $(ARGS)
 
 mutants: $(VENV)/dev.stamp  ## make faults on purpose in copies of the tree; the tests are to find all
 	$(BIN)/python tests/mutants/run.py $(ARGS)

@@ -21,6 +21,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from sightfield.diagrams.commands.app import import_command, main
 
+pytest_plugins = ["recorded_results"]
+
 ROOT = Path(__file__).resolve().parents[1]
 VIEWPORT = {"width": 1280, "height": 720}
 

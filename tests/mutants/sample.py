@@ -1,18 +1,19 @@
 """How many of the faults that anyone might make do the tests find? Drawn at random, over all rooms.
 
-Each fault of the sample is made in a copy of the tree, and the tests of the folder that mirrors its
-file are run: first those named for the file or importing it, then the others. A fault is found when
-a test fails that passes without it, when one never ends, and when one ends with a crash. What was
-tried is written to a file line by line; with the same file the sample is gone on with.
+Each fault of the sample is made in a copy of the tree, and the tests that reach its line are run,
+the quickest first. A fault is found when a test fails that passes without it, when one never ends,
+and when one ends with a crash. What was tried is written to a file line by line; with the same file
+the sample is gone on with.
 """
 
 import json
 import re
-import runpy
 import sys
 import tempfile
-import time
+import tomllib
 from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,20 +24,16 @@ import typer
 
 sys.path.insert(0, str(Path(__file__).parent))
 from faults import Fault, faults_of
+from reach import Reach, record
 from run import NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
 
-# Tests that take longer than this with a fault are timed without it [s].
-LONGEST_RUN = 300.0
-# How many times as long as without a fault tests may take before they count as never ending.
-_TIMES_AS_LONG = 3.0
+# How long the tests of one fault may take, as they were recorded: the quickest are taken [s].
+LONGEST_TESTS = 200.0
+# With what has to be compiled, and a machine that does other things, too. Then they never end [s].
+LONGEST_RUN = 1200.0
 
 # pytest's exit code where all tests were deselected.
 _NO_TESTS = 5
-
-# Modules of the public surface, which load what is asked for.
-_STORIES = {file.stem for file in (ROOT / "surface").glob("*.py")}
-
-_IMPORTS_OF = runpy.run_path(str(ROOT / "tests" / "test_architecture.py"))["imports_of"]
 
 
 @dataclass(frozen=True)
@@ -51,10 +48,29 @@ class Module:
 def read_modules() -> list[Module]:
     """All files that hold code, in the order of their names."""
     files = [file for part in ("systems", "diagrams", "hardware_io") for file in _sources(part)]
-    read = [
-        Module(file, _story(file), tuple(faults_of(_text(ROOT / file)))) for file in sorted(files)
-    ]
+    read = [Module(file, _story(file), tuple(_faults_in(file))) for file in sorted(files)]
     return [each for each in read if each.faults]
+
+
+def _faults_in(file: Path) -> Iterator[Fault]:
+    """The faults of a file but those that change nothing."""
+    source = _text(ROOT / file)
+    lines = source.splitlines()
+    same = equivalents().get(str(file), ())
+    for fault in faults_of(source):
+        told = (lines[fault.line - 1].strip(), source[fault.start : fault.end], fault.new)
+        if told not in same:
+            yield fault
+
+
+@cache
+def equivalents() -> dict[str, set[tuple[str, str, str]]]:
+    """Faults that change nothing that could be seen, by file: the line, what stands there, what
+    stands there instead. Why is said in `equivalents.toml`."""
+    found = dict[str, set[tuple[str, str, str]]]()
+    for each in tomllib.loads(_text(Path(__file__).with_name("equivalents.toml")))["equivalent"]:
+        found.setdefault(each["file"], set()).add((each["line"], each["old"], each["new"]))
+    return found
 
 
 def draw(modules: list[Module], number: int, seed: int) -> list[tuple[Module, Fault]]:
@@ -64,86 +80,43 @@ def draw(modules: list[Module], number: int, seed: int) -> list[tuple[Module, Fa
     return [every[int(each)] for each in drawn]
 
 
-def tests_of(file: Path) -> tuple[list[str], list[str]]:
-    """The test files for a file: those that are named for it or import it, and the others.
-
-    They lie in the folder that mirrors the file's story, on its floor; those of commands, which
-    have no folder of their own, beside the stories' folders. Links to hardware are one story. The
-    others import it over other modules, over fewer first, or import the package by its stories or
-    its commands, which load what they need.
-    """
-    floor, *rooms = file.parts[1:] if file.parts[:2] == ("systems", "numerics") else file.parts
-    folder = ROOT / "tests" / floor
-    mirror = folder if floor == "hardware_io" else folder / Path(rooms[0]).stem
-    found = sorted(mirror.rglob("test_*.py") if mirror.is_dir() else folder.glob("test_*.py"))
-    away = {_dotted(each): steps for each, steps in _steps_away(file).items()}
-    first, others = list[str](), list[tuple[int, str]]()
-    for test in found:
-        name = str(test.relative_to(ROOT))
-        # The fixtures of `tests` itself run commands, which other floors have not.
-        top = ROOT / "tests" if floor == "diagrams" else folder
-        above = [each / "conftest.py" for each in test.parents if each.is_relative_to(top)]
-        used = _imported(test).union(*(_imported(each) for each in above if each.is_file()))
-        steps = min((away.get(each, len(away)) for each in used), default=len(away))
-        if file.stem in test.stem or _dotted(file) in _imported(test):
-            first.append(name)
-        elif steps < len(away) or any(map(_loads_more, used)):
-            others.append((steps, name))
-    return first, [name for _, name in sorted(others)]
-
-
-def try_fault(module: Module, fault: Fault) -> dict[str, object]:
+def try_fault(module: Module, fault: Fault, reach: Reach) -> dict[str, object]:
     """Make a fault in a copy of the tree, and see which test finds it."""
     about: dict[str, object] = {"file": str(module.file), "story": module.story, "line": fault.line}
     source = _text(ROOT / module.file)
     about |= {"old": source[fault.start : fault.end], "new": fault.new, "found": None}
+    tests = reach.chosen(module.file, fault.line, LONGEST_TESTS)
+    about["tests"] = len(tests)
+    if not tests:
+        return about
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        copy_tree(folder, stale=_steps_away(module.file))
+        copy_tree(folder, stale={module.file, *reach.compiled_with(module.file, fault.line)})
         file = folder / module.file
         file.write_text(fault.made_in(source), encoding="utf-8")
         spoilt: list[str] = []
-        for tests in filter(None, tests_of(module.file)):
-            while True:
-                deselected = [word for test in spoilt for word in ("--deselect", test)]
-                code, said = _run_to_the_end(folder, tests, deselected)
-                if code == NEVER_ENDED:
-                    return about | {"found": said}
-                if code in (PASSED, _NO_TESTS):
-                    break
-                if code < 0:
-                    # Compiled code that reads beyond an array ends the process.
-                    return about | {"found": f"pytest was ended by signal {-code}"}
-                failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
-                if failed is None or failed[1] in spoilt:
-                    raise RuntimeError(f"pytest ended with {code}:\n{said}")
-                test = failed[1]
-                # Its parameters may be named after what the fault changes.
-                if _passes_without(test.partition("[")[0]):
-                    return about | {"found": test}
-                print(f"fails without the fault too: {test}", flush=True)
-                spoilt.append(test)
-    return about
-
-
-def _run_to_the_end(folder: Path, tests: list[str], deselected: list[str]) -> tuple[int, str]:
-    """Run tests; they never end only if without a fault they do in a third of the time."""
-    code, said = run_tests(folder, [*tests, *deselected], LONGEST_RUN)
-    if code == NEVER_ENDED:
-        longest = _TIMES_AS_LONG * _time_without(tuple(tests))
-        if longest > LONGEST_RUN:
-            return run_tests(folder, [*tests, *deselected], longest)
-    return code, said
-
-
-@cache
-def _time_without(tests: tuple[str, ...]) -> float:
-    """How long tests take without a fault [s]."""
-    with tempfile.TemporaryDirectory() as name:
-        copy_tree(Path(name), stale=set())
-        begun = time.monotonic()
-        run_tests(Path(name), tests)
-        return time.monotonic() - begun
+        while True:
+            deselected = [word for test in spoilt for word in ("--deselect", test)]
+            code, said = run_tests(folder, [*tests, *deselected], LONGEST_RUN)
+            if code == NEVER_ENDED:
+                return about | {"found": said}
+            if code in (PASSED, _NO_TESTS):
+                return about
+            if code < 0:
+                # Compiled code that reads beyond an array ends the process.
+                return about | {"found": f"pytest was ended by signal {-code}"}
+            failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
+            if failed is None and "error" in said:
+                # The package cannot be imported.
+                return about | {"found": "no test runs"}
+            if failed is None or failed[1] in spoilt:
+                raise RuntimeError(f"pytest ended with {code}:\n{said}")
+            test = failed[1]
+            # Its parameters may be named after what the fault changes.
+            if _passes_without(test.partition("[")[0]):
+                return about | {"found": test}
+            print(f"fails without the fault too: {test}", flush=True)
+            spoilt.append(test)
 
 
 @cache
@@ -170,64 +143,36 @@ def _story(file: Path) -> str:
     return parts[0] if parts else "shared"
 
 
-def _dotted(file: Path) -> str:
-    """Name by which a file is imported; that of `__init__.py` is its folder's."""
-    return ".".join(file.with_suffix("").parts).removesuffix(".__init__")
-
-
-@cache
-def _imported(file: Path) -> set[str]:
-    """Modules that a file imports, as `systems.numerics.errors`, and those it takes a name from."""
-    names = set(_IMPORTS_OF(_text(file), file.relative_to(ROOT)))
-    return names | {name.rpartition(".")[0] for name in names}
-
-
-@cache
-def _importers() -> dict[str, set[Path]]:
-    """The files that import each module."""
-    importers: dict[str, set[Path]] = {}
-    for part in ("systems", "diagrams", "hardware_io"):
-        for each in _sources(part):
-            for name in _imported(ROOT / each):
-                importers.setdefault(name, set()).add(each)
-    return importers
-
-
-def _steps_away(file: Path) -> dict[Path, int]:
-    """The file and all that import it, whose compiled code is stale, and over how many others."""
-    away, new, steps = dict[Path, int](), {file}, 0
-    while new:
-        away |= dict.fromkeys(new, steps)
-        every = {each for old in new for each in _importers().get(_dotted(old), ())}
-        new, steps = every - away.keys(), steps + 1
-    return away
-
-
-def _loads_more(name: str) -> bool:
-    """Whether a module that a test imports loads others when they are asked for."""
-    return name.partition(".")[0] in _STORIES or name.startswith("diagrams.commands")
-
-
 def main(
     number: Annotated[int, typer.Option(min=1, help="Faults in the sample.")] = 500,
     seed: Annotated[int, typer.Option(help="Of the draw.")] = 1,
     out: Annotated[Path, typer.Option(help="What was tried, a line each.")] = Path(
         "build/mutants.jsonl"
     ),
+    reached: Annotated[Path, typer.Option(help="Which tests reach what.")] = Path("build/reach"),
     most: Annotated[int | None, typer.Option(help="Try that many of them now.")] = None,
+    room: Annotated[str, typer.Option(help="Draw from files whose path begins so.")] = "",
+    workers: Annotated[int, typer.Option(min=1, help="Faults tried side by side.")] = 2,
 ) -> None:
     """Draw faults at random and print the share that the tests find, for each story."""
-    sample = draw(read_modules(), number, seed)
+    if not reached.exists():
+        record(reached, workers)
+    reach = Reach(reached)
+    drawn_from = [each for each in read_modules() if str(each.file).startswith(room)]
+    sample = list(enumerate(draw(drawn_from, number, seed), start=1))
     out.parent.mkdir(parents=True, exist_ok=True)
     tried = [json.loads(line) for line in _text(out).splitlines()] if out.exists() else []
-    with out.open("a", encoding="utf-8") as written:
-        for module, fault in sample[len(tried) :][:most]:
-            done = try_fault(module, fault)
-            written.write(json.dumps(done) + "\n")
+    done = {each["number"] for each in tried}
+    left = [each for each in sample if each[0] not in done][:most]
+    with out.open("a", encoding="utf-8") as written, ThreadPoolExecutor(workers) as pool:
+        trying = {pool.submit(try_fault, *drawn, reach): at for at, drawn in left}
+        for ended in as_completed(trying):
+            about = {"number": trying[ended], **ended.result()}
+            written.write(json.dumps(about) + "\n")
             written.flush()
-            tried.append(done)
-            fate = "found" if done["found"] else "SURVIVES"
-            print(f"{len(tried):3}/{len(sample)} {fate}: {done['file']}:{done['line']}", flush=True)
+            tried.append(about)
+            fate = "found" if about["found"] else "SURVIVES"
+            print(f"{len(tried):3}/{number} {fate}: {about['file']}:{about['line']}", flush=True)
     every = Counter(each["story"] for each in tried)
     found = Counter(each["story"] for each in tried if each["found"])
     for story in sorted(every):

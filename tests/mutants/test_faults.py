@@ -1,13 +1,23 @@
 """Faults are those of the operators, and each leaves a source Python; a sample finds its tests."""
 
 import ast
-import runpy
+import importlib
 from pathlib import Path
 
 import pytest
 
 HERE = Path(__file__).parent
-faults_of = runpy.run_path(str(HERE / "faults.py"))["faults_of"]
+ROOT = HERE.parents[1]
+
+
+def load(name):
+    """A module beside this file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(HERE))
+        return importlib.import_module(name)
+
+
+faults_of = load("faults").faults_of
 
 
 @pytest.mark.parametrize(
@@ -49,37 +59,92 @@ def test_faults_of_a_whole_file_leave_it_python_and_another_one():
         assert source[: fault.start].count("\n") + 1 == fault.line
 
 
-def test_a_fault_is_looked_for_in_the_tests_of_its_story_and_found_once():
-    sample = runpy.run_path(str(HERE / "sample.py"))
-    first, others = sample["tests_of"](Path("systems/numerics/harvest/turns/words.py"))
-    assert any(test.endswith("turns/test_words.py") for test in first)
-    story = ("tests", "numerics", "harvest")
-    assert {Path(test).parts[:3] for test in (*first, *others)} == {story}
-    modules = {str(each.file): each for each in sample["read_modules"]()}
-    units = modules["systems/numerics/units.py"]
+SAMPLE = load("sample")
+
+
+class ReachedBy:
+    """What `Reach` says of a line: always the same tests."""
+
+    def __init__(self, *tests: str) -> None:
+        self.tests = list(tests)
+
+    def chosen(self, file, line, longest):
+        return self.tests
+
+    def compiled_with(self, file, line):
+        return set()
+
+
+def module(name):
+    (found,) = [each for each in SAMPLE.read_modules() if str(each.file) == name]
+    return found
+
+
+def test_a_fault_is_found_by_a_test_that_fails_with_it_and_passes_without():
+    units = module("systems/numerics/units.py")
     fault = next(each for each in units.faults if each.new == "is not")
-    tried = sample["try_fault"](units, fault)
+    tried = SAMPLE.try_fault(units, fault, ReachedBy("tests/numerics/test_units.py"))
     assert str(tried["found"]).startswith("tests/numerics/test_units.py::")
-
-
-def test_every_module_with_faults_has_tests_on_its_floor():
-    sample = runpy.run_path(str(HERE / "sample.py"))
-    files = [each.file for each in sample["read_modules"]()]
-    assert [str(file) for file in files if not any(sample["tests_of"](file))] == []
+    assert SAMPLE.try_fault(units, fault, ReachedBy())["found"] is None
+    blind = "tests/numerics/test_checked.py"
+    assert SAMPLE.try_fault(units, fault, ReachedBy(blind))["found"] is None
 
 
 def test_a_test_whose_parameters_are_named_after_the_fault_finds_it():
-    sample = runpy.run_path(str(HERE / "sample.py"))
-    modules = {str(each.file): each for each in sample["read_modules"]()}
-    gates = modules["systems/station/gates.py"]
-    source = sample["ROOT"].joinpath(gates.file).read_text(encoding="utf-8")
+    gates = module("systems/station/gates.py")
+    source = (ROOT / gates.file).read_text(encoding="utf-8")
     (fault,) = [each for each in gates.faults if source[: each.start].endswith("STOPPED = 1.0, ")]
-    tried = sample["try_fault"](gates, fault)
+    tried = SAMPLE.try_fault(
+        gates, fault, ReachedBy("tests/systems/station/test_station_systems.py")
+    )
     assert str(tried["found"]).endswith("unless_the_operator_lets_them[1.0]")
 
 
-def test_who_imports_a_room_imports_the_files_in_it():
-    steps_away = runpy.run_path(str(HERE / "sample.py"))["_steps_away"]
-    away = steps_away(Path("diagrams/tracking/scene/tracking_scene.py"))
-    # It imports `.scene`, whose `__init__.py` names the file.
-    assert away[Path("diagrams/tracking/make_tracking.py")] == 2
+def test_what_is_listed_as_changing_nothing_is_a_fault_of_its_file_and_is_not_drawn():
+    drawn = {str(each.file): each.faults for each in SAMPLE.read_modules()}
+    for name, same in SAMPLE.equivalents().items():
+        source = (ROOT / name).read_text(encoding="utf-8")
+        lines = source.splitlines()
+
+        def told(fault, source=source, lines=lines):
+            return lines[fault.line - 1].strip(), source[fault.start : fault.end], fault.new
+
+        assert same <= set(map(told, faults_of(source)))
+        assert not same & set(map(told, drawn.get(name, ())))
+
+
+@pytest.fixture(scope="module")
+def reach(tmp_path_factory):
+    """What two quick files of tests reach."""
+    folder = tmp_path_factory.mktemp("reach")
+    tests = ["tests/numerics/test_units.py", "tests/numerics/tracking/test_small_matching.py"]
+    load("reach").record(folder, 1, tests)
+    return load("reach").Reach(folder)
+
+
+def line_of(file, text):
+    (found,) = [
+        number
+        for number, line in enumerate((ROOT / file).read_text().splitlines(), start=1)
+        if line.startswith(text)
+    ]
+    return found
+
+
+def test_tests_reach_what_they_run_and_not_what_others_do(reach):
+    units = Path("systems/numerics/units.py")
+    found = reach.tests(units, line_of(units, "    return Unit(factor, *powers)"))
+    assert found
+    assert {test.partition("::")[0] for test in found} == {"tests/numerics/test_units.py"}
+    assert reach.chosen(units, 1, 1.0) != []
+    assert reach.tests(Path("systems/numerics/harvest/trucks.py"), 1) == set()
+
+
+def test_tests_reach_compiled_functions_over_those_that_call_them(reach):
+    matching = Path("systems/numerics/tracking/assignment/matching.py")
+    inside = line_of(matching, "def _padded") + 1
+    found = reach.tests(matching, inside)
+    assert {test.partition("::")[0] for test in found} == {
+        "tests/numerics/tracking/test_small_matching.py"
+    }
+    assert matching in reach.compiled_with(matching, inside)
