@@ -85,9 +85,9 @@ class _Recorder:
         kernels = list(self._known.values())
         self._file.write_text(json.dumps({"tests": self._tests, "kernels": kernels}))
 
-    def _kernel(self, dispatcher: object) -> _Kernel:
+    def _kernel(self, dispatcher: Any) -> _Kernel:
         """Where a compiled function stands; what it calls and names is noted once."""
-        function = dispatcher.py_func  # type: ignore[attr-defined]  # a dispatcher's
+        function = dispatcher.py_func
         code = function.__code__
         place = (os.path.relpath(code.co_filename, ROOT), code.co_firstlineno)
         if dispatcher not in self._known:
