@@ -38,7 +38,8 @@ class _Recorder:
 
     def __init__(self, folder: Path) -> None:
         name = os.environ.get("PYTEST_XDIST_WORKER", "alone")
-        self._file = folder / f"{name}.json"
+        before = len(list(folder.glob("*.json")))
+        self._file = folder / f"{before:03}.{name}.json"
         self._lines = coverage.Coverage(
             data_file=folder / f"lines.{name}",
             config_file=False,
@@ -111,7 +112,7 @@ def record(folder: Path, workers: int, tests: Iterable[str] = ()) -> None:
     """Run tests and record what they reach.
 
     Args:
-        folder: Where to.
+        folder: Where to; what is recorded there already is kept beside it.
         workers: Processes side by side.
         tests: Files or folders of them; none: all but those beside this file, which run others.
     """
@@ -123,6 +124,7 @@ def record(folder: Path, workers: int, tests: Iterable[str] = ()) -> None:
     command += ["--dist", "worksteal", *(tests or ["tests", "--ignore", here])]
     subprocess.run(command, cwd=ROOT, env=environment, check=False)
     data = coverage.CoverageData(basename=str(folder / "lines"))
+    data.read()
     for part in sorted(folder.glob("lines.*")):
         read = coverage.CoverageData(basename=str(part))
         read.read()
@@ -156,7 +158,7 @@ class Reach:
         self._data.read()
         self._tests: dict[str, dict[str, Any]] = {}
         self._kernels: dict[_Kernel, tuple[set[str], set[_Kernel]]] = {}
-        for file in folder.glob("*.json"):
+        for file in sorted(folder.glob("*.json")):
             read = json.loads(file.read_text())
             self._tests |= read["tests"]
             for each in read["kernels"]:

@@ -150,13 +150,16 @@ def main(
         "build/mutants.jsonl"
     ),
     reached: Annotated[Path, typer.Option(help="Which tests reach what.")] = Path("build/reach"),
+    new: Annotated[
+        list[Path] | None, typer.Option(help="Tests that came after what is recorded.")
+    ] = None,
     most: Annotated[int | None, typer.Option(help="Try that many of them now.")] = None,
     room: Annotated[str, typer.Option(help="Draw from files whose path begins so.")] = "",
     workers: Annotated[int, typer.Option(min=1, help="Faults tried side by side.")] = 2,
 ) -> None:
     """Draw faults at random and print the share that the tests find, for each story."""
-    if not reached.exists():
-        record(reached, workers)
+    if new or not reached.exists():
+        record(reached, workers, [str(each) for each in new or ()])
     reach = Reach(reached)
     drawn_from = [each for each in read_modules() if str(each.file).startswith(room)]
     sample = list(enumerate(draw(drawn_from, number, seed), start=1))
