@@ -136,5 +136,19 @@ def test_a_scene_is_known_by_what_meshcat_was_told(meshcat_calls):
     assert told["SetTransform robots/#"]["then"]["shape"] == [29 * 13]
     assert told["SetObject robots/#/body"]["first"][1:] == [
         "Box(width=1, depth=2, height=3)",
-        "Rgba(r=1.0, g=0.5, b=0.0, a=1.0)",
+        [1.0, 0.5, 0.0, 1.0],
     ]
+
+
+def test_a_surface_is_the_same_whatever_triangles_it_is_cut_into(meshcat_calls):
+    meshcat = Meshcat()
+    square = np.array([[0.0, 2.0, 2.0, 0.0], [0.0, 0.0, 3.0, 3.0], [1.0] * 4])
+    cut = [[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]
+    for k, faces in enumerate(cut):
+        meshcat.SetTriangleMesh(f"floor/{k}", square, np.array(faces).T, Rgba(0.2, 0.4, 0.6))
+    meshcat.SetTriangleMesh("floor/2", square + 0.1, np.array(cut[0]).T, Rgba(0.2, 0.4, 0.6))
+    (told,) = meshcat_calls.values()
+    one, other, moved = (call[-1] for call in told.calls)
+    assert one == pytest.approx([6.0, 6.0, 9.0, 6.0])
+    assert other == pytest.approx(one)
+    assert moved == pytest.approx([6.0, 6.6, 9.6, 6.6])

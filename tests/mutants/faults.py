@@ -105,8 +105,19 @@ def _acting(node: ast.AST) -> Iterator[ast.AST]:
         if name in {"annotation", "returns", "type_params", "decorator_list"}:
             continue
         for child in value if isinstance(value, list) else [value]:
-            if isinstance(child, ast.AST) and not isinstance(child, ast.JoinedStr):
+            if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr):
+                continue
+            if not _is_length_left(node, child):
                 yield from _acting(child)
+
+
+def _is_length_left(node: ast.AST, child: ast.AST) -> bool:
+    """Whether this is the -1 of a `reshape`, for which NumPy takes any negative number."""
+    match node, child:
+        case ast.Call(func=ast.Attribute(attr="reshape")), ast.UnaryOp(op=ast.USub()):
+            return isinstance(child.operand, ast.Constant)
+        case _:
+            return False
 
 
 def _of_node(node: ast.AST, text: _Text) -> Iterator[Fault]:

@@ -69,7 +69,8 @@ def equivalents() -> dict[str, set[tuple[str, str, str]]]:
     stands there instead. Why is said in `equivalents.toml`."""
     found = dict[str, set[tuple[str, str, str]]]()
     for each in tomllib.loads(_text(Path(__file__).with_name("equivalents.toml")))["equivalent"]:
-        found.setdefault(each["file"], set()).add((each["line"], each["old"], each["new"]))
+        for file, *fault in each["faults"]:
+            found.setdefault(file, set()).add(tuple(fault))
     return found
 
 

@@ -43,6 +43,7 @@ faults_of = load("faults").faults_of
         ("f'{a + 1}'", set()),
         ("(a  # + b\n + c)", set()),
         ("'a' + b", set()),
+        ("x = a.reshape(-1)", set()),
     ],
 )
 def test_each_operator_makes_its_faults(source, faulty):

@@ -120,16 +120,35 @@ def _noted(told: dict[str, Any], name: str, call: Callable[..., object]) -> Call
         paths = [each for each in said if isinstance(each, str)]
         # What lies in many numbered places is one thing.
         key = re.sub(r"\d+", "#", " ".join([name, *paths[:2]]))
-        told.setdefault(key, _Told()).calls.append(tuple(map(_still, said)))
+        kept = _surface(said) if name.startswith("SetTriangle") else tuple(map(_still, said))
+        told.setdefault(key, _Told()).calls.append(kept)
         return call(self, *args, **options)
 
     return note
+
+
+def _surface(said: tuple[Any, ...]) -> tuple[object, ...]:
+    """A mesh as its area, the integrals over it of its places and colours, and the rest.
+
+    Into which triangles a flat surface is cut is another matter on another processor.
+    """
+    vertices, faces, *colours = (each for each in said if isinstance(each, np.ndarray))
+    one, two, three = (vertices[:, each.astype(int)] for each in faces)
+    areas = np.linalg.norm(np.cross(two - one, three - one, axis=0), axis=0) / 2
+    integrals = [
+        sum(values[:, each.astype(int)] for each in faces) @ areas / 3
+        for values in (vertices, *colours)
+    ]
+    rest = (_still(each) for each in said if not isinstance(each, np.ndarray))
+    return (*rest, np.array([areas.sum(), *np.concatenate(integrals)]))
 
 
 def _still(value: Any) -> object:
     """What an argument was when it was given."""
     if isinstance(value, np.ndarray):
         return value.copy()
+    if type(value).__name__ == "Rgba":
+        return [value.r(), value.g(), value.b(), value.a()]
     if hasattr(value, "GetAsMatrix34"):
         return np.array(value.GetAsMatrix34())
     if isinstance(value, str | bool | int | float | list | tuple | None):

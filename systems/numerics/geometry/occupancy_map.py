@@ -82,7 +82,7 @@ def _graymap(data: bytes, path: Path, name: str) -> GrayImage:
     else:
         depth = 1 if white < 256 else 2
         # A line end after the last pixel is common and harmless.
-        if len(body) > rows * columns * depth and body[rows * columns * depth :].isspace():
+        if body[rows * columns * depth :].isspace():
             body = body[: rows * columns * depth]
         pixels = np.frombuffer(body[: len(body) // depth * depth], f">u{depth}").astype(float)
     if len(pixels) != rows * columns:

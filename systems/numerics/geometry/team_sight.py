@@ -36,7 +36,7 @@ def unit_roots(coefficients: np.ndarray) -> np.ndarray:
 
     A root of even order, at which the polynomial touches zero without changing sign, is found
     where its value there comes out as zero, and may be missed or doubled by rounding: nothing
-    happens at it. Of a polynomial that is zero throughout, 0 is the only root named.
+    happens at it. Of a polynomial that is zero throughout no root but 0 is named.
 
     Args:
         coefficients: Shape (degree + 1,), from the constant upwards, of any unit [-].

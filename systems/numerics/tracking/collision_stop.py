@@ -45,8 +45,8 @@ def half_gap_part(
     ox: float,
     oy: float,
     contact: float,
-    rank: int = 0,
-    near: float = 0.0,
+    rank: int,
+    near: float,
 ) -> float:
     """Largest part in [0, 1] of a step (dx, dy) within its share of the gap to a robot (kernel).
 

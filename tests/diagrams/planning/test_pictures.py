@@ -17,11 +17,15 @@ from sightfield.diagrams.planning.pictures import (
     extent,
     followed_row,
     line_width,
+    save_paths_picture,
+    save_states_picture,
+    save_sweep_picture,
     save_value_picture,
     slices_along,
     time_colours,
 )
 from sightfield.diagrams.planning.replay import PlanningScene
+from sightfield.diagrams.planning.sweep import DirectionSweep
 from sightfield.diagrams.planning.verdict import PlanningVerdict, ask_methods
 from sightfield.systems.numerics.planning.goal import Goal
 from sightfield.systems.numerics.planning.trailer import Trailer
@@ -141,3 +145,61 @@ def test_the_picture_is_there_if_there_is_a_table(verdict, tmp_path):
     without = PlanningVerdict(verdict.question, verdict.lower_bound, ())
     assert not save_value_picture(tmp_path / "none.png", without)
     assert not (tmp_path / "none.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("methods", "options"),
+    [
+        (["casadi", "extremal", "value-function", "polished", "primitive"], {}),
+        (["casadi", "value-function"], {"walled": True}),
+        (["extremal"], {"tolerance": (0.0, 0.2, 0.1, 0.1)}),
+        (["polished"], {"tolerance": (math.inf, 0.2, 0.1, 0.1)}),
+    ],
+    ids=["five", "walled", "none", "there"],
+)
+def test_pictures_are_as_recorded(methods, options, by_hand, tmp_path, as_recorded, saved_pictures):
+    verdict = by_hand(*methods, **options)
+    save_paths_picture(tmp_path / "paths.png", verdict)
+    if "casadi" not in methods or "extremal" in methods:
+        save_states_picture(tmp_path / "states.png", verdict)
+    as_recorded(saved_pictures)
+
+
+def test_times_to_go_among_walls_are_drawn_as_recorded(
+    by_hand, tmp_path, as_recorded, saved_pictures
+):
+    verdict = by_hand("casadi", "value-function", walled=True)
+    assert save_value_picture(tmp_path / "value.png", verdict)
+    told = saved_pictures["value.png"].plain()
+    as_recorded([told["size"], told["texts"], told["axes"][1], told["axes"][5:]])
+
+
+def test_a_picture_of_a_sweep_is_as_recorded(tmp_path, as_recorded, saved_pictures):
+    sweep = DirectionSweep(
+        ratios=np.array([0.5, 1.3, 2.1]),
+        times={"casadi": np.array([5.1, 6.2, 7.4]), "primitive": np.array([5.3, np.nan, 8.0])},
+        lower_bounds=np.array([4.6, 5.9, 7.1]),
+        tolerance=(0.2, 0.3, 0.0, math.inf),
+    )
+    save_sweep_picture(tmp_path / "sweep.png", sweep)
+    as_recorded(saved_pictures)
+
+
+def test_without_a_path_the_slice_is_as_recorded(by_hand, as_recorded):
+    verdict = by_hand("value-function")
+    value = verdict.value_function
+    (piece,) = slices_along(
+        value, None, verdict.question.start, np.array([-1.0, -0.5, 0.2, 2.1]), 4
+    )
+    as_recorded(piece)
+    pieces = slices_along(
+        value, verdict.shown["value-function"], (0, 0, 0, 0), np.array([0.0, 0.0, 0.1, 3.0]), 4
+    )
+    as_recorded(pieces, "along a way")
+    levels = band_levels(pieces)
+    as_recorded([levels, [area.area for area in bands(pieces[1], levels)]], "bands")
+    as_recorded(extent(value), "extent")
+    assert band_levels([])[-1] >= 1.0
+    assert followed_row(by_hand("extremal")) is None
+    assert followed_row(by_hand("primitive", "casadi", "value-function")).method == "value-function"
+    assert followed_row(by_hand("casadi", "primitive", tabled=False)).method == "primitive"

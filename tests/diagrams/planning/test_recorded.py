@@ -14,6 +14,6 @@ def test_a_plan_is_as_recorded(
 ):
     done = sightfield_here("plan", *words.split(), "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    as_recorded(saved_pictures, "pictures")
-    as_recorded(meshcat_calls, "scene")
+    as_recorded(saved_pictures["paths.png"], "paths", relative=1e-4, absolute=1e-5)
+    as_recorded(meshcat_calls, "scene", relative=1e-4, absolute=1e-6)
     as_recorded(sorted(each.name for each in (tmp_path / "out").iterdir()), "files")

@@ -5,9 +5,15 @@ import math
 import numpy as np
 import pytest
 import shapely
+from pydrake.geometry import Meshcat
 
 from sightfield.diagrams.planning.methods import PlanningQuestion
-from sightfield.diagrams.planning.pictures import swept_area, tractor_shape, trailer_shape
+from sightfield.diagrams.planning.pictures import (
+    drawbar_shape,
+    swept_area,
+    tractor_shape,
+    trailer_shape,
+)
 from sightfield.diagrams.planning.replay import PlanningScene, write_planning_replay
 from sightfield.diagrams.planning.verdict import ask_methods
 from sightfield.systems.numerics.planning.goal import Goal
@@ -62,6 +68,31 @@ def test_the_cart_starts_and_ends_where_the_plan_does(verdict, meshcat_log):
     towed = meshcat_log.keys["/planning/carts/primitive/trailer", "pose"]
     assert towed[min(towed)].translation()[:2] == pytest.approx([0.0, 1.0])
     assert max(frames) / 30 == pytest.approx(verdict.rows[0].plan.time + 1, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("methods", "options"),
+    [
+        (["casadi", "extremal", "value-function", "polished"], {}),
+        (["primitive", "casadi"], {"walled": True, "tolerance": (0.0, 0.2, 0.1, 0.1)}),
+        (["extremal"], {"tolerance": (0.2, math.inf, 0.1, 0.1)}),
+    ],
+    ids=["table", "walled", "none"],
+)
+def test_a_scene_is_as_recorded(methods, options, by_hand, as_recorded, meshcat_calls):
+    scene = PlanningScene(Meshcat(), by_hand(*methods, **options))
+    scene.play()
+    scene.finish_recording()
+    as_recorded(meshcat_calls, relative=1e-5, absolute=1e-7)
+
+
+def test_shapes_are_as_recorded(by_hand, as_recorded):
+    cart = Trailer(speed=1.3, length=1.7, hitch_offset=0.4)
+    shapes = [make(cart) for make in (tractor_shape, trailer_shape, drawbar_shape)]
+    as_recorded([shapely.get_coordinates(each) for each in shapes])
+    path = by_hand("casadi").rows[0].plan.path
+    area = swept_area(path, cart)
+    as_recorded([area.area, area.length, area.bounds], "swept", relative=1e-5)
 
 
 @pytest.mark.browser

@@ -1,25 +1,32 @@
 """Planners side by side: gaps, bounds, and answers that cannot all be true."""
 
+import io
 import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from sightfield.diagrams.planning.methods import PlanningQuestion, chosen_methods
 from sightfield.diagrams.planning.report import as_object, as_table, write_planning_report
 from sightfield.diagrams.planning.sweep import sweep_ratios
 from sightfield.diagrams.planning.verdict import (
+    AGREEMENT,
+    BOUND_TOLERANCE,
+    DRIVEN_TOLERANCE,
     PlanningVerdict,
     Row,
     ask_methods,
     contradictions,
+    reasons,
     resimulate,
 )
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.planning.goal import THESIS_TOLERANCE, Goal
+from sightfield.systems.numerics.planning.lower_bound import lower_bound
 from sightfield.systems.numerics.planning.trailer import Trailer
 
 EXACT = ["casadi", "extremal", "primitive"]
@@ -271,3 +278,129 @@ def test_what_is_odd_in_a_path_is_remarked(verdict):
 def test_only_a_path_is_driven(verdict):
     with pytest.raises(InvalidInput, match="`path` must be of type TrailerPath; got NoneType"):
         resimulate(verdict.question.trailer, None, verdict.question.goal)
+
+
+FIVE = ["casadi", "extremal", "value-function", "polished", "primitive"]
+TELLING = {
+    "five": (FIVE, {}),
+    "one": (["casadi"], {"tolerance": (0.0, 0.0, 0.0, math.inf)}),
+    "point": (["extremal"], {"tolerance": (0.0, 0.0, 0.0, 0.0)}),
+    "free": (["primitive", "polished"], {"tolerance": (math.inf, 0.2, 0.0, 0.1)}),
+}
+
+
+@pytest.mark.parametrize("case", TELLING)
+def test_what_is_told_is_as_recorded(case, by_hand, as_recorded):
+    methods, options = TELLING[case]
+    told = by_hand(*methods, **options)
+    as_recorded(as_object(told), "object", relative=1e-5, absolute=1e-7)
+    for width in (110, 44):
+        console = Console(width=width, record=True, file=io.StringIO())
+        console.print(as_table(told))
+        as_recorded(console.export_text().splitlines(), f"table of {width}")
+
+
+def row_with(verdict, time, method="casadi", miss=0.0, **changes):
+    """A row that takes a time and misses by so much."""
+    row = verdict.rows[0]
+    driven = replace(
+        row.driven, goal_miss=(0.0, miss, 0.0, 0.0), control_excess=0.0, jackknife_excess=0.0
+    )
+    return Row(method, replace(row.plan, time=time, **changes), driven)
+
+
+def test_a_plan_that_misses_by_the_tolerance_still_holds(by_hand):
+    verdict = by_hand("casadi")
+    assert row_with(verdict, 3.0, miss=DRIVEN_TOLERANCE).holds
+    assert not row_with(verdict, 3.0, miss=1.01 * DRIVEN_TOLERANCE).holds
+    assert not row_with(verdict, 3.0, converged=False).holds
+    for excess in ("control_excess", "jackknife_excess"):
+        row = row_with(verdict, 3.0)
+        row = replace(row, driven=replace(row.driven, **{excess: 0.2}))
+        assert row.violation == 0.2
+        assert contradictions(replace(verdict, rows=(row,))) == [
+            "casadi misses by 0.2 when it is driven"
+        ]
+    exact = replace(verdict, rows=(row_with(verdict, 3.0, miss=DRIVEN_TOLERANCE),))
+    assert contradictions(exact) == []
+    there = by_hand("polished").rows[0]
+    assert there.violation == 0.0
+    assert there.holds
+    assert there.beta_final == pytest.approx(0.2)
+    states = there.plan.path.states.copy()
+    states[-1, 3] = -math.pi
+    path = replace(there.plan.path, states=states)
+    assert replace(there, plan=replace(there.plan, path=path)).beta_final == math.pi
+    assert by_hand("extremal").rows[0].beta_final is None
+
+
+def test_plans_agree_up_to_a_share_of_their_time(by_hand):
+    verdict, best = by_hand("casadi"), 3.0
+    edge = (1 + AGREEMENT) * best
+    for time, agree in ((edge, True), (edge * (1 + 1e-9), False)):
+        rows = row_with(verdict, best), row_with(verdict, time, "primitive")
+        told = replace(verdict, rows=rows, lower_bound=1.0)
+        said = ["as quick as primitive"] if agree else []
+        assert reasons(told, rows[0]) == said
+        assert reasons(told, rows[1]) == (["as quick as casadi"] if agree else [])
+        both = contradictions(told, exact=lambda method, _: True)
+        assert (both == []) is agree
+        reaching = replace(verdict, rows=(row_with(verdict, time),), lower_bound=best)
+        assert reasons(reaching, reaching.rows[0]) == (["meets the bound"] if agree else [])
+        slow = row_with(verdict, time), row_with(verdict, best, "primitive")
+        promised = contradictions(
+            replace(verdict, rows=slow, lower_bound=1.0), exact=lambda method, _: method == "casadi"
+        )
+        assert (promised == []) is agree
+
+
+def test_a_bound_is_met_up_to_a_rounding(by_hand):
+    verdict = by_hand("casadi")
+    least = (1 - BOUND_TOLERANCE) * 2.75
+    for time, beyond in ((least, False), (least * (1 - 1e-9), True)):
+        told = replace(verdict, rows=(row_with(verdict, time),))
+        assert any("below the bound" in said for said in contradictions(told)) is beyond
+    # What is below the bound contradicts no promise.
+    rows = row_with(verdict, 3.0), row_with(verdict, 2.0, "primitive")
+    said = contradictions(replace(verdict, rows=rows), exact=lambda method, _: method == "casadi")
+    assert len(said) == 1
+    assert verdict.gap_to_bound(row_with(verdict, 5.5)) == pytest.approx(1.0)
+    assert replace(verdict, lower_bound=0.0).gap_to_bound(verdict.rows[0]) is None
+    assert replace(verdict, rows=()).best_time == math.inf
+
+
+def test_small_overlaps_and_turns_are_not_told(by_hand):
+    verdict = by_hand("casadi")
+    row = verdict.rows[0]
+    for overlap, told in ((0.99e-4, False), (1e-4, True)):
+        each = replace(row, plan=replace(row.plan, notes={"overlap": overlap}))
+        remarks = as_object(replace(verdict, rows=(each,)))["remarks"]
+        assert remarks == (
+            ["casadi: between its nodes the cart is up to 0.1 mm in a wall"] if told else []
+        )
+    for beyond, told in ((0.9e-6, False), (1.4e-6, True)):
+        states = row.plan.path.states.copy()
+        states[3, 3] = -math.pi - beyond
+        path = replace(row.plan.path, states=states)
+        each = replace(row, plan=replace(row.plan, path=path))
+        assert bool(as_object(replace(verdict, rows=(each,)))["remarks"]) is told
+
+
+def test_a_report_without_a_path_has_no_states(by_hand, tmp_path):
+    names = ["verdict.json", "paths.npz", "paths.png", "replay.html"]
+    assert write_planning_report(by_hand("extremal"), tmp_path) == names
+
+
+def test_what_is_asked_is_driven(by_hand, monkeypatch):
+    answered = {name: by_hand(name).rows[0] for name in FIVE}
+    monkeypatch.setattr(
+        "sightfield.diagrams.planning.verdict.METHODS",
+        {name: lambda _, name=name: answered[name].plan for name in FIVE},
+    )
+    question = by_hand("casadi").question
+    told = ask_methods(question, FIVE)
+    assert [row.driven is not None for row in told.rows] == [True, False, True, False, True]
+    assert told.lower_bound == lower_bound(question.trailer, question.start, question.goal)
+    walled = by_hand("casadi", walled=True).question
+    with pytest.raises(InvalidInput, match="walls"):
+        ask_methods(replace(walled, start=(2.9, 0.3, 0.0, 0.0)), FIVE)

@@ -5,10 +5,18 @@ Games of tracking on pictures, and their cameras' calibration.
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import DiagramBuilder
 
+from sightfield.diagrams.vision.calibration import load_camera
+from sightfield.diagrams.vision.make_picture_tracking import (
+    AddPictureTracking,
+    MakePictureTracking,
+)
+from sightfield.diagrams.vision.run import run_picture_tracking
 from sightfield.diagrams.vision.scenario import set_up_picture_game
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.vision.estimation.calibration import save_calibration
+from sightfield.systems.numerics.vision.omni_optics import OmniCamera
 
 
 @pytest.mark.parametrize(("name", "size"), [("omni_1v1", 1), ("omni_2v2", 2)])
@@ -64,3 +72,55 @@ def test_a_scenario_may_name_its_calibration_file(loaded, practised, tmp_path):
     assert game.calibration.k == practised.k
     with pytest.raises(InvalidInput, match=r"`calibration` must be readable; got .*none\.json"):
         set_up_picture_game(loaded("omni_1v1", f"vision.calibration={tmp_path / 'none.json'}"))
+
+
+@pytest.mark.parametrize(
+    ("setting", "fine"),
+    [
+        ("vision.weight=0", True),
+        ("vision.weight=1", True),
+        ("vision.weight=-0.001", False),
+        ("vision.stand_off=0", True),
+        ("vision.fade=0", False),
+        ("vision.calibrated_range=[0.2, 0.2]", False),
+        ("vision.calibrated_range=[0, 1]", False),
+        ("vision.calibrated_range=[0.1, 1, 2]", False),
+        ("vision.calibrated_range=[0.1, 0.11]", True),
+        ("vision.targets=[-1]", False),
+        ("vision.targets=[0]", True),
+        ("vision.targets=[]", True),
+        ("vision.picture_period=0.05", True),
+        ("vision.picture_period=0.15", True),
+        ("vision.picture_period=0.025", False),
+        ("vision.picture_period=0.1000001", False),
+        ("vision.colours=[]", False),
+    ],
+)
+def test_settings_end_where_they_say(loaded, setting, fine):
+    if fine:
+        loaded("omni_1v1", setting)
+        return
+    with pytest.raises(InvalidInput):
+        loaded("omni_1v1", setting)
+
+
+def test_what_is_no_game_is_refused_by_its_type(loaded):
+    scenario = loaded("omni_1v1")
+    for call in (
+        lambda: MakePictureTracking(scenario),
+        lambda: AddPictureTracking(DiagramBuilder(), scenario),
+        lambda: run_picture_tracking(scenario),
+    ):
+        with pytest.raises(InvalidInput, match="`game` must be of type PictureGame; got"):
+            call()
+    with pytest.raises(InvalidInput, match="`scenario` must be of type PictureTrackingScenario"):
+        set_up_picture_game(3)
+
+
+def test_optics_come_from_a_file_or_are_the_usual(tmp_path):
+    assert load_camera(None) == OmniCamera()
+    path = tmp_path / "optics.yaml"
+    path.write_text("mirror_radius: 0.06\nwidth: 320\n")
+    assert load_camera(path) == OmniCamera(mirror_radius=0.06, width=320)
+    with pytest.raises(InvalidInput, match="`camera` must be a YAML file"):
+        load_camera(tmp_path / "none.yaml")

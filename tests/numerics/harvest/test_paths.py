@@ -10,6 +10,10 @@ from sightfield.systems.numerics.harvest.paths import (
     cornering_limits,
     fastest_profile,
     join_paths,
+    keep_acceleration,
+    poses_between,
+    rounded_path,
+    runs_of,
 )
 
 
@@ -38,6 +42,13 @@ def test_a_few_poses_tell_the_whole_arc(gear, turn):
     assert coarse.length == pytest.approx(radius * abs(turn), abs=1e-9)
     assert coarse.pose_at(np.linspace(0, coarse.length, 301)) == pytest.approx(fine.poses, abs=1e-9)
     assert np.abs(coarse.curvatures) == pytest.approx(1 / radius)
+
+
+def test_short_pieces_bend_as_long_ones_do():
+    fine = arc_path((3.0, -2.0, 0.7), 6.5, 2.3, 1, 60)
+    assert fine.lengths.max() < 0.3
+    assert fine.curvatures == pytest.approx(np.full(60, 1 / 6.5))
+    assert fine.pose_at(np.array([0.1]))[0, 2] == pytest.approx(0.7 + 0.1 / 6.5)
 
 
 def test_stations_beyond_the_ends_are_clipped():
@@ -226,3 +237,157 @@ def test_a_single_pose_takes_no_time():
     none = np.zeros(0, dtype=int)
     path = MachinePath(np.array([[1.0, 2.0, 0.3]]), none, none.astype(bool), none)
     assert fastest_profile(path, 1.0, 0.5).end == 0.0
+
+
+def test_a_path_of_poses_has_one_gear_or_one_for_each_piece():
+    poses = [[0.0, 0.0, 0.1], [3.0, 0.3, 0.1], [1.0, 0.1, 0.1]]
+    path = MachinePath.of(poses, gears=[1, -1], cutting=True)
+    assert path.gears.tolist() == [1, -1]
+    assert path.cutting.tolist() == [True, True]
+    assert path.work.tolist() == [0, 0]
+    up = MachinePath.of(poses)
+    assert up.gears.tolist() == [1, 1]
+    assert up.cutting.tolist() == [False, False]
+    assert up.cusps.tolist() == []
+
+
+@pytest.mark.parametrize("shape", [(3,), (0, 3), (2, 4), (2, 2, 3)])
+def test_poses_are_rows_of_three(shape):
+    none = np.zeros(1, dtype=int)
+    with pytest.raises(InvalidInput, match=r"`poses` must be \(n, 3\)"):
+        MachinePath(np.zeros(shape), none, none.astype(bool), none)
+
+
+@pytest.mark.parametrize("name", ["gears", "cutting", "work"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_each_piece_has_a_gear_a_header_and_a_work(name, count):
+    told = {each: np.zeros(2, dtype=int) for each in ("gears", "cutting", "work")}
+    MachinePath(np.zeros((3, 3)), **told)
+    with pytest.raises(InvalidInput, match=f"`{name}` must be"):
+        MachinePath(np.zeros((3, 3)), **{**told, name: np.zeros(count, dtype=int)})
+
+
+def test_a_piece_begins_at_its_station():
+    path = straights([2.0, 0.5, 3.0], [1, -1, 1])
+    at = [-1.0, 0.0, 1.9, 2.0, 2.4, 2.5, 5.4, 5.5, 9.0]
+    assert path.piece_at(at).tolist() == [0, 0, 0, 1, 1, 2, 2, 2, 2]
+    piece, driven, share = path.share_at(np.array([1.5, 2.2, 5.5]))
+    assert piece.tolist() == [0, 1, 2]
+    assert driven == pytest.approx([1.5, 0.2, 3.0])
+    assert share == pytest.approx([0.75, 0.4, 1.0])
+    # A piece of no length has no share, and no curvature, though it turns.
+    turning = MachinePath.of([[1.0, 2.0, 0.3], [1.0, 2.0, 0.8], [4.0, 2.0, 0.8]])
+    assert turning.curvatures.tolist() == [0.0, 0.0]
+    assert turning.pose_at(0.0) == pytest.approx([1.0, 2.0, 0.8])
+    standing = MachinePath.of([[1.0, 2.0, 0.3], [1.0, 2.0, 0.3]])
+    assert standing.share_at(np.array([0.0]))[2].tolist() == [0.0]
+
+
+@pytest.mark.parametrize(
+    ("length", "spacing", "count"),
+    [(6.0, 2.0, 3), (6.0 + 1e-10, 2.0, 3), (6.0 + 1e-8, 2.0, 4), (5.9, 2.0, 3), (0.3, 2.0, 1)],
+)
+def test_stations_are_no_farther_apart_than_asked_but_for_rounding(length, spacing, count):
+    at = straights([length]).stations_every(spacing)
+    assert at == pytest.approx(np.linspace(0.0, length, count + 1))
+    assert len(at) == count + 1
+
+
+def test_a_twist_turns_evenly_and_moves_along_its_heading():
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        start, length, turn = rng.uniform(-3, 3, 3), rng.uniform(0.5, 9), rng.uniform(-3, 3)
+        steps = 20_000
+        middles = (np.arange(steps) + 0.5) / steps
+        headings = start[2] + turn * middles
+        walked = np.cumsum(np.column_stack([np.cos(headings), np.sin(headings)]), axis=0)
+        place = start[:2] + length / steps * walked
+        end = np.append(place[-1], start[2] + turn)
+        part = int(0.37 * steps)
+        found = poses_between(start, end, np.float64(0.37), np.float64(0.37 * length))
+        assert found == pytest.approx([*place[part - 1], start[2] + 0.37 * turn], abs=1e-6)
+
+
+def test_corners_are_rounded_by_arcs_from_half_of_the_shorter_edge():
+    points = np.array([[1.0, 2.0], [9.0, 2.0], [9.0, 6.0], [6.0, 9.0], [3.0, 12.0], [-3.0, 12.0]])
+    path = rounded_path(points, cutting=True)
+    assert path.cutting.all()
+    # Half of the shorter edge is 2.0, 2.0, and 2.1213; the fourth point is no corner.
+    diagonal = 3 / np.sqrt(2)
+    half = np.array([diagonal, diagonal]) / np.sqrt(2)
+    expected = [
+        [1.0, 2.0],
+        [7.0, 2.0],
+        [9.0, 4.0],
+        [9.0, 4.0],
+        [9.0 - np.sqrt(2), 6.0 + np.sqrt(2)],
+        [3.0 + half[0], 12.0 - half[1]],
+        [3.0 - diagonal, 12.0],
+        [-3.0, 12.0],
+    ]
+    headings = np.array([0.0, 0.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]) * np.pi / 4
+    kept = [0, 1, 2, 4, 5, 6, 7]
+    np.testing.assert_allclose(path.poses, np.column_stack([expected, headings])[kept], atol=1e-9)
+    assert path.curvatures[[1, 2, 4]] == pytest.approx(
+        [1 / 2, np.tan(np.pi / 8) / 2, np.tan(np.pi / 8) / diagonal]
+    )
+
+
+def test_points_in_one_place_are_a_path_of_no_length():
+    path = rounded_path(np.array([[3.0, 4.0], [3.0, 4.0]]))
+    assert path.poses[:, :2].tolist() == [[3.0, 4.0], [3.0, 4.0]]
+    assert not path.cutting.any()
+
+
+@pytest.mark.parametrize(("off", "fits"), [(0.9e-6, True), (1.1e-6, False)])
+def test_joined_paths_meet_to_a_micrometre(off, fits):
+    first, second = straights([4.0]), straights([2.0])
+    poses = second.poses + first.poses[-1] - second.poses[0] + np.array([off, 0.0, 4 * np.pi])
+    second = MachinePath.of(poses)
+    if fits:
+        joined = join_paths([first, second])
+        assert joined.poses[:, 2] == pytest.approx(np.full(3, first.poses[0, 2]))
+        return
+    with pytest.raises(InvalidInput, match="begin where the one before ends"):
+        join_paths([first, second])
+    with pytest.raises(InvalidInput, match="`paths` must be at least one"):
+        join_paths([])
+
+
+def test_times_stations_and_speeds_are_as_many_and_may_repeat():
+    three = np.array([1.0, 1.0, 4.0])
+    timed = TimedPath(STRAIGHT, three, np.array([2.0, 2.0, 2.0]), np.zeros(3))
+    assert timed.station_at([0.0, 1.0, 2.5, 9.0]) == pytest.approx([2.0] * 4)
+    assert timed.speed_at([1.0, 4.0]).tolist() == [0.0, 0.0]
+    for name in ("stations", "speeds"):
+        told = {"times": three, "stations": np.ones(3), "speeds": np.ones(3), name: np.ones(2)}
+        with pytest.raises(InvalidInput, match=f"`{name}` must have shape"):
+            TimedPath(STRAIGHT, **told)
+    for times in (np.zeros(0), np.zeros((1, 1))):
+        with pytest.raises(InvalidInput, match=r"`times` must be \(k,\)"):
+            TimedPath(STRAIGHT, times, times, times)
+    # At the moments themselves it drives, before and after it stands.
+    moving = TimedPath(STRAIGHT, np.array([1.0, 3.0]), np.array([0.0, 5.0]), np.array([2.0, 3.0]))
+    assert moving.speed_at([0.99, 1.0, 2.0, 3.0, 3.01]) == pytest.approx([0, 2, 2.5, 3, 0])
+
+
+def test_the_speed_in_bends_is_bounded_on_straights_too():
+    assert cornering_limits(np.array([0.0, -1e-9]), 1e9, 2.0) == pytest.approx([2e6**0.5] * 2)
+    assert cornering_limits(np.array([-0.5, 0.08]), 3.0, 0.5) == pytest.approx([1.0, 2.5])
+
+
+def test_runs_are_told_by_their_first_and_one_after_their_last():
+    assert runs_of(np.array([1, 1, 0, 0, 1, 0, 1])) == [(0, 2), (4, 5), (6, 7)]
+    assert runs_of(np.zeros(3)) == []
+    assert runs_of(np.zeros(0)) == []
+    assert runs_of(np.ones(2)) == [(0, 2)]
+
+
+def test_squared_speeds_are_lowered_no_more_than_gains_ask_for():
+    rng = np.random.default_rng(9)
+    for size in (1, 2, 7, 30):
+        squares, gains = rng.uniform(0, 9, size), rng.uniform(0.1, 2, size - 1)
+        at = np.concatenate([[0.0], np.cumsum(gains)])
+        expected = (squares + np.abs(at[:, None] - at)).min(axis=1)
+        keep_acceleration(squares, gains)
+        assert squares == pytest.approx(expected)

@@ -88,7 +88,7 @@ class TestHalfOfAGap:
 
     def test_points_without_bodies_are_free(self):
         assert parts_of([[0, 0], [0.1, 0]], [[1, 0], [-1, 0]], [0.0, 0.0]) == [1.0, 1.0]
-        assert half_gap_part(0.0, 0.0, 1.0, 0.0, 0.1, 0.0, 0.0) == 1.0
+        assert half_gap_part(0.0, 0.0, 1.0, 0.0, 0.1, 0.0, 0.0, 0, 0.0) == 1.0
 
     def test_the_nearest_in_the_way_decides(self):
         three = [[0, 0], [3, 0], [2, 0]]

@@ -47,6 +47,8 @@ def watch(period, until, pursuers=(WALKER, GUARD), evaders=(GUARDED, HIDING), st
 @pytest.mark.parametrize("period", [0.02, 0.2, 0.25, 1.0])
 def test_the_same_motion_is_lost_at_the_same_moment_at_every_period(period):
     assert watch(period, 2.1) == [pytest.approx(LOSS, abs=1e-6), 1.0]
+    first = watch(period, 2.1, evaders=(HIDING, GUARDED))
+    assert first == [pytest.approx(LOSS, abs=1e-6), 0.0]
 
 
 def test_a_loss_is_told_at_the_first_sample_after_it():

@@ -298,7 +298,7 @@ def _to_edges(points, poses, reach, edges, inside, asked, best, tolerance):
     placed = np.empty_like(points)
     chosen = np.empty(len(edges), dtype=np.int64)
     lefts, halves = np.empty(DEEPEST + 2), np.empty(DEEPEST + 2)
-    within = False
+    on_it = False
     for k in range(count):
         way, along, turn = _twist(poses, k)
         far = reach + way + max(asked, best)
@@ -313,12 +313,14 @@ def _to_edges(points, poses, reach, edges, inside, asked, best, tolerance):
             ):
                 chosen[chosen_count] = e
                 chosen_count += 1
+        # Where no edge is near, none has been crossed since the last sample.
+        within = on_it
         if k == 0 or chosen_count > 0:
-            # Otherwise no edge has been crossed since the last check.
             within = False
             for end in range(2):
                 _place(points, poses[k + end, 0], poses[k + end, 1], poses[k + end, 2], placed)
-                if _in_edges(placed[0, 0], placed[0, 1], edges) == inside:
+                on_it = _in_edges(placed[0, 0], placed[0, 1], edges) == inside
+                if on_it:
                     within = True
                     at[k] = end
         if within:

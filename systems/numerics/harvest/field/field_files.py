@@ -131,7 +131,7 @@ def read_shapefile(path: Path) -> FieldShapes:
                     *_told(each.record.as_dict() if each.record is not None else None),
                     shapely.force_2d(shapely.geometry.shape(each.shape.__geo_interface__)),
                 )
-                for each in _with_records(reader)
+                for each in _with_records(reader, path)
                 if each.shape.shapeType != shapefile.NULL
             ]
     except (
@@ -155,9 +155,9 @@ def read_shapefile(path: Path) -> FieldShapes:
     return sort_shapes(found)._replace(geographic=geographic)
 
 
-def _with_records(reader: Any) -> Iterator[Any]:
+def _with_records(reader: Any, path: Path) -> Iterator[Any]:
     """Shapes with their records, or, without a .dbf file, by themselves."""
-    if reader.dbf is not None:
+    if any(path.with_suffix(suffix).exists() for suffix in (".dbf", ".DBF")):
         yield from reader.iterShapeRecords()
         return
     for shape in reader.iterShapes():

@@ -301,6 +301,7 @@ def first_run(
     """
     fleet, round_ = plan.fleet, plan.round
     loads = (0.0,) * fleet.size if initial_loads is None else tuple(initial_loads)
+    require(len(loads) == fleet.size, "initial_loads", f"have {fleet.size} entries", loads)
     if start_times is None:
         begins = tuple(
             begin + load / rate if math.isfinite(begin) else 0.0
@@ -309,7 +310,6 @@ def first_run(
     else:
         begins = tuple(start_times)
     require(len(begins) == fleet.size, "start_times", f"have {fleet.size} entries", begins)
-    require(len(loads) == fleet.size, "initial_loads", f"have {fleet.size} entries", loads)
     latest = math.inf
     for visit in range(round_.size):
         combine = round_.combines[visit]

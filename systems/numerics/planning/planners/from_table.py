@@ -372,6 +372,8 @@ def slimmed(discs: Discs, step: float) -> Discs:
 def _length(world: World, room: float, start: Sequence[float], end: Sequence[float]) -> float:
     """Length of the shortest route that keeps so much room, except at its ends; or infinite."""
     parts = shapely.get_parts(world.polygon.buffer(-room, join_style="mitre"))
+    # What is nothing has one part, which is empty.
+    parts = parts[~shapely.is_empty(parts)]
     if not len(parts):
         return math.inf
     places = shapely.points([start, end])

@@ -46,6 +46,8 @@ HALF = 0.5
 HELD = (0.4, 0.8)
 # Room that a cart beside a wall may lose by rounding at its start, in lengths of the trailer.
 _ROUNDING = 1e-9
+# Part of its radius that a disc may be in a wall at the start.
+_SHRUNK = 0.99
 # No arcs: the cart is there.
 STANDSTILL = ArcWord(np.zeros((0, 2)), np.zeros(0))
 
@@ -188,7 +190,9 @@ def _spare(value: ValueFunction, local: np.ndarray, margin: float) -> float:
         return 0.0
     length = value.trailer.length
     wanted = SPARE * length + margin * min(value.goal.tolerance[:2])
-    return min(wanted, room_of(value.walls, local) - _ROUNDING * length)
+    # From deeper in a wall there is no way: something has to be left of every disc.
+    deepest = -_SHRUNK * float(value.walls.discs[:, 1].min())
+    return max(min(wanted, room_of(value.walls, local) - _ROUNDING * length), deepest)
 
 
 def _clearance(value: ValueFunction, spare: float) -> Clearance | None:

@@ -394,7 +394,7 @@ def evader_turn(
                 first = last = 0
                 if timed:
                     first = max(j - offset + 1, 0)
-                    last = max(min(math.ceil(c + s) - offset, n_p - 1), first)
+                    last = max(math.ceil(c + s) - offset, first)
                 for i in range(first):
                     x = near_in * value[c, m, i] + near_out * value[c, m + 1, i]
                     x += far_in * value[c + 1, m, i] + far_out * value[c + 1, m + 1, i]

@@ -114,8 +114,9 @@ class GuaranteedTimes:
     @property
     def nbytes(self) -> int:
         """Memory that the table takes [bytes]."""
-        care = self.rules.care_nodes.nbytes + self.rules.care_moves.nbytes
-        return sum(array.nbytes for array in self.planes) + care
+        rules = self.rules
+        care = (rules.care_starts, rules.care_nodes, rules.care_moves)
+        return sum(array.nbytes for array in (*self.planes, *care))
 
     @property
     def horizon(self) -> float:

@@ -161,6 +161,13 @@ def test_no_instant_is_nearer_to_an_obstacle_than_what_is_found(begin, end, size
     assert found.least[0] == pytest.approx(shapely.distance(there, POND), abs=1e-9)
 
 
+def test_a_log_that_jumps_over_a_pond_says_for_one_interval_that_it_was_there():
+    # Where it lands afterwards no edge is near.
+    one = moving(box(0.3, 0.2), (-40, 3, 0), (1.5, 3, 0), (60, 3, 0), (61, 3, 0), (62, 3, 0))
+    found = nearness_to_edges(one, edges_of(POND), inside=True, asked=5.0)
+    assert (found.least == 0.0).tolist() == [True, True, False, False]
+
+
 @given(pose, pose, shape)
 def test_whoever_leaves_the_field_at_some_instant_is_seen(begin, end, size):
     one = moving(box(*size), begin, end)

@@ -242,6 +242,15 @@ def test_shapefiles_have_holes_kinds_and_a_projection(tmp_path):
             read_field(path, coordinates="metres")
 
 
+@pytest.mark.parametrize("gone", [(".dbf",), (".dbf", ".shx")])
+def test_a_shapefile_without_attributes_is_a_field(tmp_path, gone):
+    path = write_shapefile(tmp_path, 'PROJCS["ETRS89 / UTM zone 32N"]', ("", "", [SQUARE, HOLE]))
+    for suffix in gone:
+        path.with_suffix(suffix).unlink()
+    field = read_field(path, coordinates="metres")
+    assert (len(field.obstacles), field.area) == (1, pytest.approx(7900.0))
+
+
 def taskdata(inner, head=""):
     return f'{head}<ISO11783_TaskData VersionMajor="4" VersionMinor="2">{inner}</ISO11783_TaskData>'
 

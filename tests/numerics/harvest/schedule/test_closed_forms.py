@@ -211,3 +211,44 @@ def test_the_largest_jitter_is_what_a_cart_that_never_waits_stands(event_simulat
 def test_absurd_inputs_are_refused(arguments, message):
     with pytest.raises(InvalidInput, match=message):
         EqualCombines(*arguments)
+
+
+def test_augers_that_just_keep_up_leave_no_time_to_drive():
+    # Five combines at a fifth of what an auger delivers take all of the cart's time.
+    just, over = EqualCombines(5, 100.0, 2.0, 10.0, 0.0), EqualCombines(5, 100.0, 2.0, 9.9, 0.0)
+    assert forms.period_min(just) == 0.0
+    assert forms.capacity_min(just) == 0.0
+    assert forms.capacity_min(over) == np.inf
+    assert forms.is_feasible(just)
+    assert not forms.is_feasible(over)
+    driving = replace(just, travel_time=1e-6)
+    assert forms.period_min(driving) == np.inf
+    assert forms.capacity_min(driving) == np.inf
+    assert forms.combines_max(2.0, 10.0) == 5
+    assert forms.combines_max(2.0, 9.9) == 4
+    with pytest.raises(InvalidInput, match="`fill_rate` must be comparable"):
+        forms.combines_max(1e-300, 1e300)
+
+
+def test_ways_that_just_fill_a_tank_leave_nothing_to_any_auger():
+    assert forms.unload_rate_min(EqualCombines(2, 100.0, 2.0, 10.0, 25.0)) == np.inf
+    barely = forms.unload_rate_min(EqualCombines(2, 100.0, 2.0, 10.0, 24.9))
+    assert barely == pytest.approx(2.0 * (1 + 100 / 0.4))
+    assert forms.jitter_max(EqualCombines(1, 100.0, 2.0, 10.0, 3.0)) == np.inf
+    assert forms.jitter_max(EqualCombines(2, 100.0, 2.0, 10.0, 0.0)) == pytest.approx(3.0)
+
+
+def test_the_limit_of_ways_is_allowed_but_for_rounding():
+    limit = forms.travel_time_max(equal(4, 0.0))
+    slack = 1e-12 * equal(4, 0.0).filling
+    assert forms.is_feasible(equal(4, limit + 0.9 * slack))
+    assert not forms.is_feasible(equal(4, limit + 1.2 * slack))
+
+
+@pytest.mark.parametrize("combines", [1, 2, 6])
+def test_the_largest_fill_rate_solves_its_equation(combines):
+    each = EqualCombines(combines, 9_300.0, 2.7, 118.0, 14.3)
+    rate, a = forms.fill_rate_max(each), 2 * (combines - 1) * 14.3
+    left = a * rate**2 - (combines * 9_300.0 + a * 118.0) * rate + 9_300.0 * 118.0
+    assert left == pytest.approx(0.0, abs=1e-6)
+    assert rate <= 118.0 / combines * (1 + 1e-12)

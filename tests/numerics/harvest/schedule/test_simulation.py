@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.harvest.schedule import closed_forms as forms
 from sightfield.systems.numerics.harvest.schedule.closed_forms import EqualCombines
 from sightfield.systems.numerics.harvest.schedule.fleet import (
@@ -126,3 +127,11 @@ def test_a_full_cart_goes_by_the_truck_when_planned_where_it_takes_nothing_more(
     assert any(trip and taken < 1e-6 for trip, taken in zip(trips, plan.taken, strict=True))
     timetable = plan_timetable(plan, 40)
     assert not timetable.overflows
+
+
+@pytest.mark.parametrize("told", [{"initial_loads": (1.0, 2.0)}, {"start_times": (1.0,) * 4}])
+def test_loads_and_starts_are_those_of_all_combines(told):
+    plan = plan_round(MIXED, sequential_round(MIXED))
+    (name,) = told
+    with pytest.raises(InvalidInput, match=f"`{name}` must have 3 entries"):
+        first_run(plan, **told)

@@ -12,8 +12,12 @@ from sightfield.systems.numerics.planning.minimum_time.planner import plan_by_ca
 from sightfield.systems.numerics.planning.plan import driven_path
 from sightfield.systems.numerics.planning.trailer import Trailer
 from sightfield.systems.numerics.planning.value_function.grid import StateGrid
-from sightfield.systems.numerics.planning.value_function.obstacles import make_walls, shut_ways
-from sightfield.systems.numerics.planning.value_function.policy import roll_out
+from sightfield.systems.numerics.planning.value_function.obstacles import (
+    make_walls,
+    room_of,
+    shut_ways,
+)
+from sightfield.systems.numerics.planning.value_function.policy import best_word, roll_out
 from sightfield.systems.numerics.planning.value_function.solve import solve_value_function
 from sightfield.systems.numerics.planning.value_function.sweeps import make_motions, step_multiples
 
@@ -90,6 +94,11 @@ def test_steps_are_shut_just_when_the_cart_would_overlap_a_wall():
 
 def test_in_a_wall_there_is_no_way(walled):
     assert walled.time_to_go([1.5, 3.0, 0.0, 0.0]) == math.inf
+    # Not from any depth, for any planner that asks.
+    for x in np.linspace(0.8, 2.2, 15):
+        room = room_of(walled.walls, np.array([x, 3.0, 0.0, 0.0]))
+        word = best_word(walled, (x, 3.0, 0.0, 0.0))
+        assert word is None or room > -0.1
 
 
 def test_the_trailer_keeps_clear_too(walled):
