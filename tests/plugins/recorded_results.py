@@ -283,12 +283,21 @@ def _write(file: Path, key: str, plain: object) -> None:
 
 
 def _pretty(value: Any, indent: str = "") -> str:
-    """JSON in which what fits into a line stands in one."""
+    """JSON whose lines are filled."""
     line = json.dumps(value, ensure_ascii=False)
     if len(indent) + len(line) <= _WIDTH or not value or not isinstance(value, dict | list):
         return line
     deeper = indent + " "
-    if isinstance(value, list):
-        return f"[\n{deeper}" + f",\n{deeper}".join(_pretty(e, deeper) for e in value) + "]"
-    parts = [f"{json.dumps(key)}: {_pretty(each, deeper)}" for key, each in value.items()]
-    return f"{{\n{deeper}" + f",\n{deeper}".join(parts) + "}"
+    if isinstance(value, dict):
+        parts = [f"{json.dumps(key)}: {_pretty(each, deeper)}" for key, each in value.items()]
+    else:
+        parts = [_pretty(each, deeper) for each in value]
+    lines = [parts[0]]
+    for part in parts[1:]:
+        beside = f"{lines[-1]}, {part}"
+        if len(deeper) + len(beside) < _WIDTH and "\n" not in beside:
+            lines[-1] = beside
+        else:
+            lines.append(part)
+    inside = f",\n{deeper}".join(lines)
+    return f"{{\n{deeper}{inside}}}" if isinstance(value, dict) else f"[\n{deeper}{inside}]"
