@@ -32,7 +32,7 @@ def as_it_was(
     """A function of words after `sightfield`: what it says, draws and leaves is as recorded.
 
     Its `code` is the exit code that is due, its `out` whether a folder is asked for; the parts
-    named in `besides` are not looked at.
+    and pictures named in `besides` are not looked at.
     """
 
     def check(
@@ -48,7 +48,9 @@ def as_it_was(
         assert done.returncode == code, done.stdout + done.stderr
         parts = {
             "said": _said(done.stdout, tmp_path),
-            "pictures": {name: drawn_on(each) for name, each in saved_pictures.items()},
+            "pictures": {
+                name: drawn_on(each) for name, each in saved_pictures.items() if name not in besides
+            },
             "scene": told_of(meshcat_calls),
             "files": left_in(folder),
         }

@@ -30,7 +30,7 @@ from sightfield.systems.numerics.social.recognition.references import MARKER
 LENS = ForwardCamera(width=600, height=440, field_of_view=math.radians(70), lens_height=0.2)
 BLOCK = MarkerBlock(copies=5, side=0.11, middle_height=0.17)
 # What iterates is as sure as its last step.
-SURE = {"relative": 1e-4, "absolute": 1e-7}
+SURE = {"relative": 1e-3, "absolute": 1e-7}
 
 
 def square_seen(ahead, left, turn, side, height, seed):

@@ -48,7 +48,7 @@ def test_squares_are_aligned_as_recorded(corners, fine, paste, as_recorded):
     begun = corners + np.random.default_rng(1).normal(0, 1.0, (4, 2))
     for seed, count in ((2, 9), (3, 40)):
         found = align(light, reference, begun, matches_on(corners, count, seed, 1.3))
-        as_recorded(found, f"with {count}", relative=1e-4)
+        as_recorded(found, f"with {count}", relative=1e-2)
 
 
 def test_squares_are_found_as_recorded(as_recorded):
@@ -81,7 +81,7 @@ def test_references_and_matches_are_as_recorded(method, paste, as_recorded):
         "matches": [np.count_nonzero(found.subject == each) for each in (3, 8)],
         "matched": [*found.place.sum(axis=0), *found.pixel.sum(axis=0)],
     }.items():
-        as_recorded(value, name, relative=3e-3)
+        as_recorded(value, name, relative=3e-2)
     lengths = np.linalg.norm(references.descriptors, axis=1)
     np.testing.assert_allclose(lengths, 1.0, atol=1e-5)
 
