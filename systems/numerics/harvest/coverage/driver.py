@@ -154,8 +154,7 @@ class Driver:
         if not found:
             direct = self.ground.turn(start, goal, search=True)
             found = [] if direct is None else [direct]
-        cost = stop_time(self.combine)
-        return min(found, key=lambda way: way.length + len(way.cusps) * cost, default=None)
+        return min(found, key=lambda way: path_time(way, self.combine), default=None)
 
     def cut_towards(self, goal: np.ndarray, longest: float) -> bool:
         """Cut a way directly to a pose, if one is allowed on which the body keeps to what is cut.

@@ -23,6 +23,7 @@ from sightfield.systems.numerics.harvest.coverage.driver import (
     lay_out_roads,
     path_time,
     ring_groups,
+    stop_time,
 )
 from sightfield.systems.numerics.harvest.coverage.lands import share_ground
 from sightfield.systems.numerics.harvest.coverage.loops import (
@@ -294,6 +295,21 @@ def test_machines_are_told_apart_where_they_pass():
         assert passes.clear_path(along, [pose]) == clear
     assert passes.clear_path(along, [])
     assert passes.clear(np.array([500.0, 20.0, 0.0]), 0)
+
+
+def test_of_two_ways_along_a_road_the_quicker_one_is_driven(monkeypatch):
+    driver = Driver(CutGround.of(Field.rectangle(50.0, 40.0), COMBINE), [LOOP])
+    stop = stop_time(COMBINE)
+    # Between as long as the stops would say in metres, and in metres at 1.7 m/s.
+    smooth = MachinePath.of([[0.0, 0.0, 0.0], [60.0 + 2.7 * stop, 0.0, 0.0]])
+    there_and_back = [[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [0.0, 0.0, 0.0], [20.0, 0.0, 0.0]]
+    with_stops = MachinePath.of(there_and_back, gears=[1, -1, 1])
+    assert (with_stops.length, len(with_stops.cusps)) == (60.0, 2)
+    monkeypatch.setattr(
+        driver, "_along", lambda road, side, *ends: smooth if side > 0 else with_stops
+    )
+    monkeypatch.setattr(driver.ground, "turn", lambda *ends: None)
+    assert driver.way_to(np.zeros(3), np.array([40.0, 0.0, 0.0])) is smooth
 
 
 def test_small_patches_may_be_given_up_and_what_one_cuts_all_know():
