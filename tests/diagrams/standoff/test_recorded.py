@@ -14,10 +14,9 @@ FAR = ("sampled_region.png", "phase.png")
     [
         (f"analyse --controller PI {GAINS} {CLOCK} --reference 0.3 --start 0.5", FAR),
         (f"analyse --controller PD {GAINS} --start 0.4", SCENE),
-        (f"analyse --controller PID {GAINS} --a 0 --start 0.15 --c 0.1", SCENE),
         (f"run --controller P {GAINS} {CLOCK} --evader-speed 0.2", SCENE),
     ],
-    ids=["PI", "PD", "straight", "P"],
+    ids=["PI", "PD", "P"],
 )
 def test_a_loop_is_as_recorded(words, besides, as_it_was):
     as_it_was("standoff", *words.split(), besides=besides, relative=1e-5)
