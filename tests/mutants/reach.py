@@ -12,9 +12,10 @@ import json
 import os
 import subprocess
 import sys
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
+from itertools import takewhile
 from pathlib import Path
 from types import CodeType
 from typing import Any, TypeVar
@@ -29,6 +30,9 @@ _FOLDER = "SIGHTFIELD_REACH"
 _PARTS = ("surface", "systems", "diagrams", "hardware_io")
 # Other tests are of pages, notebooks and the wheel, for which a copy of the package is not enough.
 _TESTS = ("tests/numerics", "tests/systems", "tests/diagrams", "tests/hardware_io")
+
+# Files of tests that are run whole, however few of them reach a line [s].
+_SHORT = 10.0
 
 # Where a compiled function stands: its file and its first line.
 _Kernel = tuple[str, int]
@@ -169,38 +173,43 @@ class Reach:
                 calls.update(map(tuple, each["calls"]))
 
     def chosen(self, file: Path, line: int, longest: float) -> list[str]:
-        """Tests to try on a fault in a line: those that reach it, then those beside them.
+        """Tests to try on a fault in a line: those nearest to its file first, then the quickest.
 
-        What tests of a file share, as a run of a game, is reached by the first of them alone.
+        What tests of a file share, as a run of a game, is reached by the first of them alone: so
+        all tests of a file are taken, if they are not much longer than those that reach the line.
 
         Args:
             file: From the root.
             line: From 1.
-            longest: What the tests of either kind may take together [s].
+            longest: What they may take together [s].
         """
-        reaching = self.tests(file, line)
-        beside = {other for test in reaching for other in self._beside(test)} - reaching
-        return [*self._quickest(reaching, longest), *self._quickest(beside, longest)]
+        parts = [each for each in file.parts if each != "systems" or "numerics" not in file.parts]
+        reaching = defaultdict(list)
+        for test in sorted(self.tests(file, line)):
+            # Of a recording that was broken off, lines are known and not how a test ended.
+            if self._tests.get(test, {}).get("passed") and test.startswith(_TESTS):
+                reaching[test.partition("::")[0]].append(test)
+        ranked = []
+        for name, some in reaching.items():
+            seconds, whole = self._seconds(some), self._seconds(self._by_file[name])
+            every = all(self._tests[test].get("passed") for test in self._by_file[name])
+            taken = [name] if every and whole < max(3 * seconds, _SHORT) else some
+            both = zip(parts, Path(name).parts[1:], strict=False)
+            together = list(takewhile(lambda pair: pair[0] == pair[1], both))
+            ranked.append((-len(together), seconds if taken is some else whole, taken))
+        found, total = list[str](), 0.0
+        for _, seconds, taken in sorted(ranked):
+            total += seconds
+            if total > longest and found:
+                break
+            found += taken
+        return found
 
     def compiled_with(self, file: Path, line: int) -> set[Path]:
         """Files with compiled functions that hold what stands in a line, whatever calls it."""
         around = _around(_tree(ROOT / file), line, ast.FunctionDef)
         kernels = self._kernels_at(file, line) if around else self._kernels_with(file, line)
         return {Path(at) for at, _ in self._callers(kernels)}
-
-    def _quickest(self, tests: set[str], longest: float) -> list[str]:
-        by_file = defaultdict(list)
-        for test in sorted(tests):
-            if self._tests[test].get("passed") and test.startswith(_TESTS):
-                by_file[test.partition("::")[0]].append(test)
-        took = Counter({name: self._seconds(each) for name, each in by_file.items()})
-        taken, total = [], 0.0
-        for name, seconds in reversed(took.most_common()):
-            total += seconds
-            if total > longest and taken:
-                break
-            taken += by_file[name]
-        return taken
 
     def tests(self, file: Path, line: int) -> set[str]:
         """Tests that reach a line of a file, given from the root."""
@@ -234,9 +243,6 @@ class Reach:
         """How long tests take together [s]."""
         every = [self._tests[test] for test in tests]
         return sum(float(each.get(phase, 0)) for each in every for phase in ("setup", "call"))
-
-    def _beside(self, test: str) -> list[str]:
-        return self._by_file[test.partition("::")[0]]
 
     @cached_property
     def _by_file(self) -> dict[str, list[str]]:
