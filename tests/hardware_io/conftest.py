@@ -48,3 +48,30 @@ def compile_firmware(require_tool, tmp_path_factory):
 def firmware_library(compile_firmware) -> ctypes.CDLL:
     """The portable files as a shared library."""
     return ctypes.CDLL(str(compile_firmware("firmware.so", "-O2", "-shared", "-fPIC")))
+
+
+class Pauses:
+    """A condition whose waiting lets a clock go on; it notes for how long, to some digits."""
+
+    def __init__(self, clock, digits=6):
+        self.clock, self.digits, self.pauses = clock, digits, []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        """Nobody else is there."""
+
+    def notify_all(self):
+        """Nobody waits."""
+
+    def wait_for(self, predicate, patience):
+        self.pauses.append(round(patience, self.digits))
+        self.clock.now += patience
+        return predicate()
+
+
+@pytest.fixture
+def pauses_of():
+    """A function of a clock, whose time is `now`: a condition that waits by it."""
+    return Pauses

@@ -14,7 +14,7 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import takewhile
 from pathlib import Path
 from types import CodeType
@@ -22,8 +22,7 @@ from typing import Any, TypeVar
 
 import coverage
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
+from run import ROOT, test_environment
 
 # Where processes of tests write what they record.
 _FOLDER = "SIGHTFIELD_REACH"
@@ -43,7 +42,7 @@ class _Recorder:
     """Records in one process of tests."""
 
     def __init__(self, folder: Path) -> None:
-        name = os.environ.get("PYTEST_XDIST_WORKER", "alone")
+        name = os.environ["PYTEST_XDIST_WORKER"]
         before = len(list(folder.glob("*.json")))
         self._file = folder / f"{before:03}.{name}.json"
         self._lines = coverage.Coverage(
@@ -123,9 +122,7 @@ def record(folder: Path, workers: int, tests: Iterable[str] = ()) -> None:
         tests: Files or folders of them; none: all of the package.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    here = str(Path(__file__).parent)
-    outer = {name: each for name, each in os.environ.items() if not name.startswith("PYTEST_")}
-    environment = {**outer, _FOLDER: str(folder), "PYTHONPATH": here, "CI": "true"}
+    environment = {**test_environment(Path(__file__).parent), _FOLDER: str(folder)}
     command = [sys.executable, "-m", "pytest", "-q", "-p", "reach", "-n", str(workers)]
     command += ["--dist", "worksteal", *(tests or _TESTS)]
     subprocess.run(command, cwd=ROOT, env=environment, check=False)
@@ -141,15 +138,14 @@ def record(folder: Path, workers: int, tests: Iterable[str] = ()) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Record in processes that run tests; the one that hands them out has none."""
-    folder = os.environ.get(_FOLDER)
-    if folder and (hasattr(config, "workerinput") or not config.getoption("numprocesses", None)):
-        config.pluginmanager.register(_RECORDERS[folder])
+    if _RECORDER is not None:
+        config.pluginmanager.register(_RECORDER)
 
 
 # Before anything of the package is imported, so that what runs at import is seen as such.
-_RECORDERS = {}
-if _FOLDER in os.environ and ("PYTEST_XDIST_WORKER" in os.environ):
-    _RECORDERS[os.environ[_FOLDER]] = _Recorder(Path(os.environ[_FOLDER]))
+_RECORDER = None
+if _FOLDER in os.environ and "PYTEST_XDIST_WORKER" in os.environ:
+    _RECORDER = _Recorder(Path(os.environ[_FOLDER]))
 
 
 class Reach:
@@ -298,11 +294,8 @@ def _given(tree: ast.Module, line: int) -> set[str]:
     """Names that the statement around a line gives."""
     statement = _around(tree, line, ast.stmt)
     every = ast.walk(statement) if statement else ()
-    return {each.id for each in every if isinstance(each, ast.Name) and _is_given(each)}
-
-
-def _is_given(name: ast.Name) -> bool:
-    return isinstance(name.ctx, ast.Store)
+    names = (each for each in every if isinstance(each, ast.Name))
+    return {each.id for each in names if isinstance(each.ctx, ast.Store)}
 
 
 def _naming(names: set[str]) -> list[Path]:
@@ -310,21 +303,15 @@ def _naming(names: set[str]) -> list[Path]:
     return [file for file, text in _texts().items() if any(name in text for name in names)]
 
 
-_TEXTS: dict[Path, str] = {}
-_TREES: dict[Path, ast.Module] = {}
-
-
+@cache
 def _texts() -> dict[Path, str]:
-    if not _TEXTS:
-        files = [file for part in _PARTS for file in (ROOT / part).rglob("*.py")]
-        _TEXTS.update({each.relative_to(ROOT): each.read_text(encoding="utf-8") for each in files})
-    return _TEXTS
+    files = [file for part in _PARTS for file in (ROOT / part).rglob("*.py")]
+    return {each.relative_to(ROOT): each.read_text(encoding="utf-8") for each in files}
 
 
+@cache
 def _tree(file: Path) -> ast.Module:
-    if file not in _TREES:
-        _TREES[file] = ast.parse(file.read_text(encoding="utf-8"))
-    return _TREES[file]
+    return ast.parse(file.read_text(encoding="utf-8"))
 
 
 def _around(tree: ast.AST, line: int, kind: type[_Node]) -> _Node | None:

@@ -75,6 +75,16 @@ def copy_tree(folder: Path, stale: Collection[Path] | None = None) -> None:
         link.symlink_to(folder / part, target_is_directory=True)
 
 
+def test_environment(path: Path) -> dict[str, str]:
+    """What a run of tests finds in its environment, with a folder where modules are looked for.
+
+    What an outer pytest says to its own processes is not meant for it. With CI=true a test whose
+    tools are missing fails, and is not skipped.
+    """
+    outer = {name: each for name, each in os.environ.items() if not name.startswith("PYTEST_")}
+    return {**outer, "PYTHONPATH": str(path), "CI": "true"}
+
+
 def run_tests(
     folder: Path, tests: Collection[str], longest: float = LONGEST_RUN
 ) -> tuple[int, str]:
@@ -83,11 +93,8 @@ def run_tests(
     Returns:
         pytest's exit code, or NEVER_ENDED, and what it printed.
     """
-    # What an outer pytest says to its own processes is not meant for this one.
-    outer = {name: each for name, each in os.environ.items() if not name.startswith("PYTEST_")}
     # Looked at before site-packages, in which an editable install leads to the checkout.
-    # With CI=true a test whose tools are missing fails, and is not skipped.
-    environment = {**outer, "PYTHONPATH": str(folder / "installed"), "CI": "true"}
+    environment = test_environment(folder / "installed")
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     captured = {"cwd": folder, "env": environment, "capture_output": True, "text": True}
     try:

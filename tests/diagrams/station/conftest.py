@@ -1,6 +1,6 @@
 """The thesis's laboratory, and a run in its emulation that many tests look at."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from sightfield.diagrams.station.laboratory_files import load_station
 from sightfield.diagrams.station.run import StationRun, run_station
 from sightfield.diagrams.station.session import open_laboratory
 from sightfield.diagrams.tracking.game import set_up_game
+from sightfield.hardware_io.kinds.udp_board import UdpBoard
+from sightfield.hardware_io.links.robot_link import RobotState
 
 
 @pytest.fixture(scope="session")
@@ -93,3 +95,71 @@ def emulated_run(load_laboratory, require_tool, tmp_path_factory):
             pass
         result.rest["stop"] = laboratory.snapshot().still_since - cut["stop"]
     return result
+
+
+class Runaway(UdpBoard):
+    """Goes on in silence, and tells nobody."""
+
+    def targets(self, now):
+        self._last.time = self._commanded = now if self._commanded > 0 else self._commanded
+        return super().targets(now)
+
+
+class Forgetful(UdpBoard):
+    """Takes any number for a newer one."""
+
+    def take(self, payload, now):
+        self._last.sequence = 0
+        super().take(payload, now)
+
+
+class Timeless(UdpBoard):
+    """Does not look at deadlines."""
+
+    def _is_in_time(self, order, now):
+        return True
+
+
+class Stubborn(UdpBoard):
+    """Says that it has stopped, and drives on."""
+
+    def targets(self, now):
+        return self._targets if self.state == RobotState.STOPPED else super().targets(now)
+
+
+class Mute(UdpBoard):
+    """Reports nothing."""
+
+    def reports(self, now, sensed):
+        return []
+
+
+class Reversed(UdpBoard):
+    """Counts backwards."""
+
+    def reports(self, now, sensed):
+        left, right = sensed.counts
+        return super().reports(now, replace(sensed, counts=(-left, -right)))
+
+
+class Lame(UdpBoard):
+    """Hardly turns its wheels."""
+
+    def targets(self, now):
+        found = super().targets(now)
+        return found and (0.2 * found[0], 0.2 * found[1])
+
+
+class Eager(UdpBoard):
+    """Is armed from the beginning."""
+
+    def __init__(self, *words, **options):
+        super().__init__(*words, **options)
+        self.state = RobotState.IDLE
+
+
+@pytest.fixture
+def ill_board():
+    """A function of a name: the board of a robot that does not do what its kind has to."""
+    boards = (Runaway, Forgetful, Timeless, Stubborn, Mute, Reversed, Lame, Eager)
+    return {each.__name__: each for each in boards}.__getitem__

@@ -14,7 +14,6 @@ from sightfield.hardware_io.kinds.known_kinds import KINDS, UDP
 from sightfield.hardware_io.kinds.robot_kind import LATE
 from sightfield.hardware_io.kinds.udp_board import UdpBoard
 from sightfield.hardware_io.kinds.udp_link import UdpLink
-from sightfield.hardware_io.links.robot_link import RobotState
 
 
 @pytest.mark.parametrize("name", [name for name in KINDS if name != "xbee"])
@@ -30,53 +29,6 @@ def test_the_firmware_passes_what_its_own_tests_do_not_try(require_tool):
     require_tool("avr-gcc", "gcc-avr avr-libc libsimavr-dev")
     names = ["late messages", "repeated messages", "reordered messages"]
     assert [each.passed for each in check_kind(KINDS["xbee"], names)] == [True] * 3
-
-
-class Runaway(UdpBoard):
-    """Goes on in silence, and tells nobody."""
-
-    def targets(self, now):
-        self._last.time = self._commanded = now if self._commanded > 0 else self._commanded
-        return super().targets(now)
-
-
-class Forgetful(UdpBoard):
-    """Takes any number for a newer one."""
-
-    def take(self, payload, now):
-        self._last.sequence = 0
-        super().take(payload, now)
-
-
-class Timeless(UdpBoard):
-    """Does not look at deadlines."""
-
-    def _is_in_time(self, order, now):
-        return True
-
-
-class Stubborn(UdpBoard):
-    """Says that it has stopped, and drives on."""
-
-    def targets(self, now):
-        if self.state == RobotState.STOPPED:
-            return self._targets
-        return super().targets(now)
-
-
-class Mute(UdpBoard):
-    """Reports nothing."""
-
-    def reports(self, now, sensed):
-        return []
-
-
-class Reversed(UdpBoard):
-    """Counts backwards."""
-
-    def reports(self, now, sensed):
-        left, right = sensed.counts
-        return super().reports(now, replace(sensed, counts=(-left, -right)))
 
 
 class Repeating(UdpBoard):
@@ -105,23 +57,23 @@ def kind_with(board):
 @pytest.mark.parametrize(
     ("board", "trial"),
     [
-        (Runaway, "silence"),
-        (Forgetful, "repeated messages"),
-        (Forgetful, "reordered messages"),
-        (Timeless, "late messages"),
-        (Stubborn, "stop"),
-        (Mute, "armed"),
-        (Reversed, "armed"),
+        ("Runaway", "silence"),
+        ("Forgetful", "repeated messages"),
+        ("Forgetful", "reordered messages"),
+        ("Timeless", "late messages"),
+        ("Stubborn", "stop"),
+        ("Mute", "armed"),
+        ("Reversed", "armed"),
     ],
 )
-def test_robots_that_do_not_do_what_they_have_to_fail(monkeypatch, board, trial):
+def test_robots_that_do_not_do_what_they_have_to_fail(monkeypatch, ill_board, board, trial):
     monkeypatch.setattr("sightfield.diagrams.station.kind_check._PATIENCE", 0.7)
-    (found,) = check_kind(kind_with(board), [trial])
+    (found,) = check_kind(kind_with(ill_board(board)), [trial])
     assert not found.passed, found
 
 
-def test_robots_may_follow_late_messages_if_their_kind_says_so():
-    honest = replace(kind_with(Timeless), recognises=UDP.recognises - {LATE})
+def test_robots_may_follow_late_messages_if_their_kind_says_so(ill_board):
+    honest = replace(kind_with(ill_board("Timeless")), recognises=UDP.recognises - {LATE})
     (found,) = check_kind(honest, ["late messages"])
     assert found.passed
     assert "robots need not see that" in found.words

@@ -27,7 +27,6 @@ from sightfield.hardware_io.kinds.udp_board import UdpBoard
 from sightfield.hardware_io.kinds.udp_link import UdpLink
 from sightfield.hardware_io.links import reporting_link, robot_link
 from sightfield.hardware_io.links.reporting_link import NoMessage
-from sightfield.hardware_io.links.robot_link import RobotState
 from sightfield.hardware_io.mocap.pose_receiver import PoseReading
 from sightfield.systems.numerics.errors import SightfieldError
 
@@ -151,67 +150,6 @@ def laboratory_of(clock, robots, starts, line, make_board, air=None):
     return made
 
 
-class Runaway(UdpBoard):
-    """Goes on in silence, and tells nobody."""
-
-    def targets(self, now):
-        self._last.time = self._commanded = now if self._commanded > 0 else self._commanded
-        return super().targets(now)
-
-
-class Forgetful(UdpBoard):
-    """Takes any number for a newer one."""
-
-    def take(self, payload, now):
-        self._last.sequence = 0
-        super().take(payload, now)
-
-
-class Timeless(UdpBoard):
-    """Does not look at deadlines."""
-
-    def _is_in_time(self, order, now):
-        return True
-
-
-class Stubborn(UdpBoard):
-    """Says that it has stopped, and drives on."""
-
-    def targets(self, now):
-        return self._targets if self.state == RobotState.STOPPED else super().targets(now)
-
-
-class Mute(UdpBoard):
-    """Reports nothing."""
-
-    def reports(self, now, sensed):
-        return []
-
-
-class Reversed(UdpBoard):
-    """Counts backwards."""
-
-    def reports(self, now, sensed):
-        left, right = sensed.counts
-        return super().reports(now, replace(sensed, counts=(-left, -right)))
-
-
-class Lame(UdpBoard):
-    """Hardly turns its wheels."""
-
-    def targets(self, now):
-        found = super().targets(now)
-        return found and (0.2 * found[0], 0.2 * found[1])
-
-
-class Eager(UdpBoard):
-    """Is armed from the beginning."""
-
-    def __init__(self, *words, **options):
-        super().__init__(*words, **options)
-        self.state = RobotState.IDLE
-
-
 def kind_with(board, clock, recognises=frozenset({LATE, REPEATED, REORDERED})):
     line = Line()
 
@@ -236,18 +174,20 @@ def test_the_trials_of_a_kind_say_what_is_recorded(clock, as_recorded):
 
 
 @pytest.mark.parametrize(
-    "board", [Runaway, Forgetful, Timeless, Stubborn, Mute, Reversed, Lame, Eager]
+    "board",
+    ["Runaway", "Forgetful", "Timeless", "Stubborn", "Mute", "Reversed", "Lame", "Eager"],
 )
 def test_robots_that_do_not_do_what_they_have_to_fail_as_recorded(
-    board, clock, as_recorded, monkeypatch
+    board, ill_board, clock, as_recorded, monkeypatch
 ):
     monkeypatch.setattr(kind_check, "_PATIENCE", 0.7)
-    found = check_kind(kind_with(board, clock))
+    found = check_kind(kind_with(ill_board(board), clock))
     as_recorded([[each.name, each.passed, each.words] for each in found])
 
 
-def test_a_kind_that_recognises_nothing_is_tried_as_recorded(clock, as_recorded):
-    found = check_kind(kind_with(Timeless, clock, frozenset()), ["late messages", "stop", "close"])
+def test_a_kind_that_recognises_nothing_is_tried_as_recorded(clock, ill_board, as_recorded):
+    timeless = kind_with(ill_board("Timeless"), clock, frozenset())
+    found = check_kind(timeless, ["late messages", "stop", "close"])
     as_recorded([[each.name, each.passed, each.words] for each in found])
 
 

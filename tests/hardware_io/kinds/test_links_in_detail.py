@@ -200,32 +200,11 @@ def test_an_arm_opens_a_session_and_a_stop_ends_what_was_armed(radio):
     assert sent[-1][0].session == 0
 
 
-class Pauses:
-    """A condition whose waiting lets a clock go on."""
-
-    def __init__(self, clock):
-        self.clock, self.pauses = clock, []
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        """Nobody else is there."""
-
-    def notify_all(self):
-        """Nobody waits."""
-
-    def wait_for(self, predicate, patience):
-        self.pauses.append(round(patience, 6))
-        self.clock.now += patience
-        return predicate()
-
-
 def test_a_stop_is_said_every_20_and_an_arm_every_80_milliseconds_until_the_time_is_over(
-    radio, clock
+    radio, clock, pauses_of
 ):
     link, sent = radio()
-    link._changed = Pauses(clock)
+    link._changed = pauses_of(clock)
     assert link.arm(timeout=0.19) == ()
     assert link._changed.pauses == [0.08, 0.08, 0.03]
     assert link.stop(timeout=0.05) == ()

@@ -175,30 +175,11 @@ def test_who_never_answers_is_counted_as_lost():
     assert (health.acknowledged, health.lost, health.retried) == (1, 1, 0)
 
 
-class Pauses:
-    """A condition whose waiting lets a clock go on."""
-
-    def __init__(self, clock):
-        self.clock, self.pauses = clock, []
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        """Nobody else is there."""
-
-    def notify_all(self):
-        """Nobody waits."""
-
-    def wait_for(self, predicate, patience):
-        self.pauses.append(round(patience, 2))
-        self.clock.now += patience
-        return predicate()
-
-
-def test_a_stop_is_said_every_20_and_an_arm_every_80_milliseconds_until_the_time_is_over(clock):
+def test_a_stop_is_said_every_20_and_an_arm_every_80_milliseconds_until_the_time_is_over(
+    clock, pauses_of
+):
     link = Team(deaf=(3, 8))
-    link._changed = Pauses(clock)
+    link._changed = pauses_of(clock, digits=2)
     assert link.arm(timeout=0.195) == ()
     assert link._changed.pauses == [0.08, 0.08, 0.03]
     assert link.stop(timeout=0.055) == ()
