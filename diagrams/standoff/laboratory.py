@@ -24,6 +24,7 @@ from ...systems.numerics.standoff.sampled_loop import (
 )
 from ...systems.numerics.standoff.sampled_region import attracted_by_sampled
 from ..visuals.lighting import picture_square
+from ..visuals.stage import end_on_this_thread
 from .make_standoff import StandoffScenario
 from .pictures import PURSUER, REFERENCE, REGION, SINGULAR, draw_nyquist_plane
 
@@ -179,6 +180,7 @@ class StandoffPage:
             meshcat: The page.
             scenario: What to begin with; values beyond a slider's ends are moved to them.
         """
+        end_on_this_thread(meshcat)
         self.meshcat = meshcat
         loop = scenario.loop
         values = {KP: loop.kp, KI: loop.ki, KD: loop.kd, DELAY: scenario.delay_samples}

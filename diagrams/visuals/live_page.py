@@ -19,6 +19,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from ...systems.numerics.errors import require
 from .replay import SHOW_WHOLE_WORLD
+from .stage import end_on_this_thread
 
 # Where Drake looks for a free port, too.
 _PORTS = range(7000, 7100)
@@ -48,6 +49,7 @@ class LivePage(Meshcat):
             super().__init__(MeshcatParams(host="localhost", port=0, show_stats_plot=False))
         finally:
             log.setLevel(level)
+        end_on_this_thread(self)
         front = _Front(host, port, Meshcat.port(self))
         self._port = front.server_port
         threading.Thread(target=front.serve_forever, daemon=True).start()

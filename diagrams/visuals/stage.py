@@ -1,9 +1,11 @@
 """A Meshcat folder that is told only of changes, and records them so that they play back right."""
 
+import threading
+import weakref
 from math import floor, inf
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba
+from pydrake.geometry import Meshcat, MeshcatVisualizer, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from ...systems.numerics.errors import require
@@ -11,6 +13,29 @@ from .meshes import Mesh
 
 Values = tuple[float, ...]
 Sample = tuple[int, Values]
+
+# Pages that a thread has to end, and what keeps those of them alive that nobody holds any longer.
+_KEPT: "weakref.WeakSet[Meshcat]" = weakref.WeakSet()
+_LEFT: dict[int, list[MeshcatVisualizer]] = {}
+
+
+def end_on_this_thread(meshcat: Meshcat) -> None:
+    """Have a page ended by the thread that made it, whoever lets go of it.
+
+    Drake aborts the process where another thread frees a page, and Python frees what refers to
+    itself on whichever thread next looks for it. So a page that nobody holds any longer stays
+    until the thread that made it makes, or draws on, another.
+
+    Args:
+        meshcat: The page, made by this thread.
+    """
+    left = _LEFT.setdefault(threading.get_ident(), [])
+    left.clear()
+    # What stands in for a page may be freed by any thread.
+    if isinstance(meshcat, Meshcat) and meshcat not in _KEPT:
+        _KEPT.add(meshcat)
+        # A visualiser shares the page with Python's own handle on it. Nothing is published.
+        weakref.finalize(meshcat, left.append, MeshcatVisualizer(meshcat)).atexit = False
 
 
 class Glide:
@@ -126,6 +151,7 @@ class Stage:
             period: Between frames [s].
             tolerance: How far a replay may pass from where things were [m].
         """
+        end_on_this_thread(meshcat)
         self.meshcat = meshcat
         self.root = root
         self.recording = recording

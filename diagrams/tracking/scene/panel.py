@@ -1,5 +1,7 @@
 """The panel beside the map: the clock, the state of the game, who sees whom, and a legend."""
 
+from math import ceil
+
 import numpy as np
 import shapely
 
@@ -62,11 +64,11 @@ def draw_legend(
         ("pursuit field", arrow, FIELD),
     ]
     if losing:
+        words = [*(f"lost within {time:g} s" for time in BANDS), "lost later"]
         samples += [
-            (f"lost within {BANDS[0]:g} s", flat_mesh(patch), LOSING[0]),
-            ("lost later", flat_mesh(patch), LOSING[-1]),
+            (each, flat_mesh(patch), colour) for each, colour in zip(words, LOSING, strict=True)
         ]
-    step = (top - bottom) / (len(samples) // 2)
+    step = (top - bottom) / ceil(len(samples) / 2)
     for k, (words, mesh, colour) in enumerate(samples):
         x = left if k % 2 == 0 else left + 0.48 * (right - left)
         y = top - (k // 2 + 0.5) * step

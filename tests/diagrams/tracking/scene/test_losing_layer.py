@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from sightfield.diagrams.tracking.scene.floor_layers import LosingLayer
-from sightfield.diagrams.tracking.scene.layout import make_layout
-from sightfield.diagrams.tracking.scene.panel import Panel
+from sightfield.diagrams.tracking.scene.layout import LOSING, make_layout
+from sightfield.diagrams.tracking.scene.panel import Panel, draw_legend
 from sightfield.diagrams.tracking.solved_game import losing_strips
 from sightfield.diagrams.visuals.meshes import Mesh
 from sightfield.diagrams.visuals.stage import Stage
@@ -100,3 +100,16 @@ def test_the_panel_counts_the_certificate(stage, meshcat_log, certificate, visib
     if visible == "digits":
         for place, digit in enumerate((3, 2, 1)):
             assert shown[f"certificate/digits/{place}/{digit}"]
+
+
+def test_the_legend_names_every_colour(stage, meshcat_log, monkeypatch):
+    colours, send = {}, meshcat_log.SetTriangleMesh
+
+    def noted(path, vertices, faces, rgba):
+        colours[path] = rgba
+        send(path, vertices, faces, rgba)
+
+    monkeypatch.setattr(meshcat_log, "SetTriangleMesh", noted)
+    draw_legend(stage, make_layout([0, 0, 4, 4], 0.1), (4.0, 0.0, 6.0), 1.0, losing=True)
+    shown = [colours[f"/stage/legend/{k}/sample"] for k in range(6, 9)]
+    assert shown == list(LOSING)
