@@ -3,9 +3,10 @@
 Each fault of the sample is made in a copy of the tree, and the tests that reach its line are run,
 those of its own room first. A fault is found when a test fails that passes without it, when one
 never ends, and when one ends with a crash. What was tried is written to a file line by line; with
-the same file the sample is gone on with.
+the same file the sample is gone on with, even if code elsewhere has changed meanwhile.
 """
 
+import hashlib
 import json
 import re
 import sys
@@ -19,7 +20,6 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -28,7 +28,7 @@ from reach import Reach, record
 from run import NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
 
 # How long the tests of one fault may take, as they were recorded: others are left out [s].
-LONGEST_TESTS = 120.0
+LONGEST_TESTS = 60.0
 # With what has to be compiled, and a machine that does other things, too. Then they never end [s].
 LONGEST_RUN = 1200.0
 
@@ -38,29 +38,34 @@ _NO_TESTS = 5
 
 @dataclass(frozen=True)
 class Module:
-    """A file of the package, by its path from the root, the story it belongs to, and its faults."""
+    """A file of the package, by its path from the root, the story it belongs to, and its faults.
+
+    Each fault has a name: what is changed in which line, and which one of several alike it is.
+    """
 
     file: Path
     story: str
-    faults: tuple[Fault, ...]
+    faults: dict[str, Fault]
 
 
 def read_modules() -> list[Module]:
     """All files that hold code, in the order of their names."""
     files = [file for part in ("systems", "diagrams", "hardware_io") for file in _sources(part)]
-    read = [Module(file, _story(file), tuple(_faults_in(file))) for file in sorted(files)]
+    read = [Module(file, _story(file), dict(_faults_in(file))) for file in sorted(files)]
     return [each for each in read if each.faults]
 
 
-def _faults_in(file: Path) -> Iterator[Fault]:
-    """The faults of a file but those that change nothing."""
+def _faults_in(file: Path) -> Iterator[tuple[str, Fault]]:
+    """The faults of a file but those that change nothing, and their names."""
     source = _text(ROOT / file)
     lines = source.splitlines()
     same = equivalents().get(str(file), ())
+    alike = Counter[tuple[str, str, str]]()
     for fault in faults_of(source):
         told = (lines[fault.line - 1].strip(), source[fault.start : fault.end], fault.new)
+        alike[told] += 1
         if told not in same:
-            yield fault
+            yield f"{file}: {told[0]}: {told[1]} -> {told[2]} ({alike[told]})", fault
 
 
 @cache
@@ -74,24 +79,31 @@ def equivalents() -> dict[str, set[tuple[str, str, str]]]:
     return found
 
 
-def draw(modules: list[Module], number: int, seed: int) -> list[tuple[Module, Fault]]:
-    """Faults drawn without replacement, each as likely as any other of the whole package."""
-    every = [(module, fault) for module in modules for fault in module.faults]
-    drawn = np.random.default_rng(seed).permutation(len(every))[:number]
-    return [every[int(each)] for each in drawn]
+def draw(modules: list[Module], number: int, seed: int) -> list[tuple[str, Module]]:
+    """Names of faults drawn without replacement, each as likely as any other of the whole package.
+
+    A fault's place in the draw comes from its name: where code changes, the sample changes there.
+    """
+
+    def place(drawn: tuple[str, Module]) -> bytes:
+        return hashlib.sha256(f"{seed} {drawn[0]}".encode()).digest()
+
+    every = [(name, module) for module in modules for name in module.faults]
+    return sorted(every, key=place)[:number]
 
 
-def try_fault(module: Module, fault: Fault, reach: Reach) -> dict[str, object]:
+def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
     """Make a fault in a copy of the tree, and see which test finds it."""
-    about: dict[str, object] = {"file": str(module.file), "story": module.story, "line": fault.line}
+    fault = module.faults[name]
+    about: dict[str, object] = {"name": name, "story": module.story, "line": fault.line}
+    about["found"] = None
     source = _text(ROOT / module.file)
-    about |= {"old": source[fault.start : fault.end], "new": fault.new, "found": None}
     tests = reach.chosen(module.file, fault.line, LONGEST_TESTS)
     about["tests"] = len(tests)
     if not tests:
         return about
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as copy:
+        folder = Path(copy)
         copy_tree(folder, stale={module.file, *reach.compiled_with(module.file, fault.line)})
         file = folder / module.file
         file.write_text(fault.made_in(source), encoding="utf-8")
@@ -162,25 +174,25 @@ def main(
     if new or not reached.exists():
         record(reached, workers, [str(each) for each in new or ()])
     reach = Reach(reached)
-    drawn_from = [each for each in read_modules() if str(each.file).startswith(room)]
-    sample = list(enumerate(draw(drawn_from, number, seed), start=1))
+    modules = [each for each in read_modules() if str(each.file).startswith(room)]
+    sample = dict(draw(modules, number, seed))
     out.parent.mkdir(parents=True, exist_ok=True)
-    tried = [json.loads(line) for line in _text(out).splitlines()] if out.exists() else []
-    done = {each["number"] for each in tried}
-    left = [each for each in sample if each[0] not in done][:most]
+    read = [json.loads(line) for line in _text(out).splitlines()] if out.exists() else []
+    tried = {each["name"]: each for each in read if each["name"] in sample}
+    left = [each for each in sample.items() if each[0] not in tried][:most]
     with out.open("a", encoding="utf-8") as written, ThreadPoolExecutor(workers) as pool:
-        trying = {pool.submit(try_fault, *drawn, reach): at for at, drawn in left}
+        trying = [pool.submit(try_fault, *drawn, reach) for drawn in left]
         for ended in as_completed(trying):
             if ended.exception() is not None:
                 pool.shutdown(cancel_futures=True)
-            about = {"number": trying[ended], **ended.result()}
+            about = ended.result()
             written.write(json.dumps(about) + "\n")
             written.flush()
-            tried.append(about)
+            tried[str(about["name"])] = about
             fate = "found" if about["found"] else "SURVIVES"
-            print(f"{len(tried):3}/{number} {fate}: {about['file']}:{about['line']}", flush=True)
-    every = Counter(each["story"] for each in tried)
-    found = Counter(each["story"] for each in tried if each["found"])
+            print(f"{len(tried):3}/{len(sample)} {fate}: {about['name']}", flush=True)
+    every = Counter(each["story"] for each in tried.values())
+    found = Counter(each["story"] for each in tried.values() if each["found"])
     for story in sorted(every):
         print(f"{story:12} {found[story]:4} of {every[story]:4}  {found[story] / every[story]:.0%}")
     print(f"{'all':12} {found.total():4} of {every.total():4}")

@@ -83,20 +83,21 @@ def module(name):
 
 def test_a_fault_is_found_by_a_test_that_fails_with_it_and_passes_without():
     units = module("systems/numerics/units.py")
-    fault = next(each for each in units.faults if each.new == "is not")
-    tried = SAMPLE.try_fault(units, fault, ReachedBy("tests/numerics/test_units.py"))
+    fault = next(name for name, each in units.faults.items() if each.new == "is not")
+    tried = SAMPLE.try_fault(fault, units, ReachedBy("tests/numerics/test_units.py"))
     assert str(tried["found"]).startswith("tests/numerics/test_units.py::")
-    assert SAMPLE.try_fault(units, fault, ReachedBy())["found"] is None
+    assert SAMPLE.try_fault(fault, units, ReachedBy())["found"] is None
     blind = "tests/numerics/test_checked.py"
-    assert SAMPLE.try_fault(units, fault, ReachedBy(blind))["found"] is None
+    assert SAMPLE.try_fault(fault, units, ReachedBy(blind))["found"] is None
 
 
 def test_a_test_whose_parameters_are_named_after_the_fault_finds_it():
     gates = module("systems/station/gates.py")
     source = (ROOT / gates.file).read_text(encoding="utf-8")
-    (fault,) = [each for each in gates.faults if source[: each.start].endswith("STOPPED = 1.0, ")]
+    places = {name: source[: each.start] for name, each in gates.faults.items()}
+    (fault,) = [name for name, place in places.items() if place.endswith("STOPPED = 1.0, ")]
     tried = SAMPLE.try_fault(
-        gates, fault, ReachedBy("tests/systems/station/test_station_systems.py")
+        fault, gates, ReachedBy("tests/systems/station/test_station_systems.py")
     )
     assert str(tried["found"]).endswith("unless_the_operator_lets_them[1.0]")
 
@@ -111,7 +112,21 @@ def test_what_is_listed_as_changing_nothing_is_a_fault_of_its_file_and_is_not_dr
             return lines[fault.line - 1].strip(), source[fault.start : fault.end], fault.new
 
         assert same <= set(map(told, faults_of(source)))
-        assert not same & set(map(told, drawn.get(name, ())))
+        assert not same & set(map(told, drawn.get(name, {}).values()))
+
+
+def test_a_sample_stays_as_it_is_where_other_code_changes():
+    modules = SAMPLE.read_modules()
+    sample = [name for name, _ in SAMPLE.draw(modules, 200, 3)]
+    assert len(set(sample)) == 200
+    assert sample[:50] == [name for name, _ in SAMPLE.draw(modules, 50, 3)]
+    assert sample != [name for name, _ in SAMPLE.draw(modules, 200, 4)]
+    one = next(each for each in modules if any(name in each.faults for name in sample))
+    others = [each for each in modules if each is not one]
+    kept = [name for name, _ in SAMPLE.draw(others, 200, 3)]
+    assert [name for name in sample if name not in one.faults] == kept[
+        : len(set(sample) & set(kept))
+    ]
 
 
 @pytest.fixture(scope="module")
