@@ -145,9 +145,9 @@ def choose_plan(
     velocities: np.ndarray,
     assignment: np.ndarray,
     plan: np.ndarray,
-    board: Board | None = None,
-    team: TeamBoard | None = None,
-    responsible: np.ndarray | None = None,
+    board: Board | None,
+    team: TeamBoard | None,
+    responsible: np.ndarray | None,
 ) -> tuple[np.ndarray, float]:
     """Return the best plan of one evader, and its value.
 
@@ -215,9 +215,9 @@ def play_plan(
     assignment: np.ndarray,
     plan: np.ndarray,
     least: float,
-    board: Board | None = None,
-    team: TeamBoard | None = None,
-    responsible: np.ndarray | None = None,
+    board: Board | None,
+    team: TeamBoard | None,
+    responsible: np.ndarray | None,
 ) -> float:
     """Return the value of a plan: the time until nobody sees the evader; less is better [s].
 

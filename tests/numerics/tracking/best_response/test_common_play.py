@@ -91,14 +91,14 @@ def test_plans_come_to_what_they_come_to_alone(table, matching, solved):
         if not seen:
             continue
         game = known, ROLLOUT, 0, pursuers, evaders, velocities, assignment
-        plan, value = choose_plan(*game, np.zeros(3), board)
-        assert value == play_plan(*game, plan, math.inf, board)
+        plan, value = choose_plan(*game, np.zeros(3), board, None, None)
+        assert value == play_plan(*game, plan, math.inf, board, None, None)
         nearest = min(seen, key=lambda p: np.hypot(*(p - evaders[:2])))
         away = math.atan2(*(evaders[:2] - nearest)[::-1])
         for k in range(ROLLOUT.headings):
             angle = away + 2.0 * math.pi * k / ROLLOUT.headings
             along = np.array([ALONG, math.cos(angle), math.sin(angle)])
-            assert value <= play_plan(*game, along, math.inf, board) + 1e-9
+            assert value <= play_plan(*game, along, math.inf, board, None, None) + 1e-9
         hidden += value < ROLLOUT.horizon
     assert 3 < hidden < 30
 

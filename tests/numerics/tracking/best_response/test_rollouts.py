@@ -57,6 +57,10 @@ TOUCHED = OPEN.polygon.buffer(OPEN.tolerance, join_style="mitre")
 GRAZED = OPEN.polygon.buffer(1e-6, join_style="mitre")
 
 
+# Pursuers that know neither the solved game nor who is responsible for whom.
+NO_BOARDS = None, None, None
+
+
 def rules_of(world, field="margin", count=1, matching=FIXED, held=True):
     index = build_edge_index(world)
     return GameRules(
@@ -97,6 +101,7 @@ def value_of(rules, rollout, j, pursuers, evaders, velocities, assignment, plan)
         np.array(assignment, dtype=int),
         flat(plan),
         math.inf,
+        *NO_BOARDS,
     )
 
 
@@ -104,7 +109,7 @@ def plan_of(rules, rollout, pursuer, evader):
     """What a single evader decides to do against a single pursuer, and what that comes to."""
     places = flat(pursuer), flat(evader)
     still, mine, nothing = np.zeros(2), np.zeros(1, dtype=int), np.array([BY_THE_GAME, 0.0, 0.0])
-    return choose_plan(rules, rollout, 0, *places, still, mine, nothing)
+    return choose_plan(rules, rollout, 0, *places, still, mine, nothing, *NO_BOARDS)
 
 
 class TestOneCorner:
@@ -151,6 +156,7 @@ class TestOneCorner:
             np.zeros(2),
             np.zeros(1, dtype=int),
             np.array([ALONG, 1.0, 0.0]),
+            *NO_BOARDS,
         )
         assert plan[0] == BY_THE_GAME
         assert value == 0.0
@@ -308,9 +314,9 @@ def test_a_game_that_another_plan_ends_sooner_is_not_played_on(seed):
     pursuer, evader = rng.uniform([0.1, -3], [3, -0.1]), rng.uniform([-3, 0.1], [-0.1, 3])
     still, mine, down = np.zeros(2), np.zeros(1, dtype=int), np.array([ALONG, 0.0, -1.0])
     args = (0, flat(pursuer), flat(evader), still, mine, down)
-    whole = play_plan(rules, rollout, *args, math.inf)
+    whole = play_plan(rules, rollout, *args, math.inf, *NO_BOARDS)
     for least in (0.3, 2.1, 4.5):
-        cut = play_plan(rules, rollout, *args, least)
+        cut = play_plan(rules, rollout, *args, least, *NO_BOARDS)
         assert cut == whole or (cut == math.inf and whole > least - rollout.step)
 
 
