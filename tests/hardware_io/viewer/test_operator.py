@@ -1,5 +1,6 @@
 """What the operator says is done, and a stop stays."""
 
+import io
 import os
 import pty
 import threading
@@ -96,6 +97,28 @@ def test_without_a_terminal_there_are_no_keys():
         assert not attended
     os.close(read)
     os.close(write)
+
+
+def test_where_no_terminal_is_named_it_is_standard_input(monkeypatch):
+    ours, theirs = pty.openpty()
+    heard = threading.Event()
+    try:
+        with open(theirs, "rb", buffering=0, closefd=False) as terminal:
+            monkeypatch.setattr("sys.stdin", terminal)
+            with keys({"s": heard.set}) as attended:
+                assert attended
+                os.write(ours, b"s")
+                assert heard.wait(5)
+    finally:
+        os.close(ours)
+        os.close(theirs)
+
+
+@pytest.mark.parametrize("stdin", [None, io.StringIO("s")], ids=["service", "replaced"])
+def test_without_a_standard_input_there_are_no_keys(stdin, monkeypatch):
+    monkeypatch.setattr("sys.stdin", stdin)
+    with keys({"s": lambda: None}) as attended:
+        assert not attended
 
 
 SCENE = Scene(
