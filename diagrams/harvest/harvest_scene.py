@@ -195,9 +195,8 @@ class HarvestScene(LeafSystem):
             stage, scenario.combines, job.reach, layout.span, scenario.combines.count
         )
         self._carts = CartShapes(stage, scenario.carts, layout.span, scenario.carts.count)
-        self._panel = Panel(
-            stage, layout, job.scenario.combines.count, scenario.carts.count, SPEED_UP
-        )
+        counts = scenario.combines.count, scenario.carts.count
+        self._panel = Panel(stage, layout, *counts, SPEED_UP if self._recording else None)
 
     def _publish(self, context: Context) -> EventStatus:
         def value(name: str) -> np.ndarray:

@@ -138,9 +138,9 @@ class Panel:
     """Numbers at `numbers/ROW/PLACE/DIGIT`, machines at `tanks/N` and `loads/K` (see `Gauge`)."""
 
     def __init__(
-        self, stage: Stage, layout: Layout, combines: int, carts: int, speed_up: float
+        self, stage: Stage, layout: Layout, combines: int, carts: int, speed_up: float | None
     ) -> None:
-        """Draw what does not change; `speed_up` is told as the replay's pace.
+        """Draw what does not change; `speed_up` is told as the replay's pace, None for a live page.
 
         Args:
             stage: Where to draw.
@@ -159,8 +159,9 @@ class Panel:
         y = top - _CLOCK_ROW * span
         self._clock = self._number("time", "min", y, _CLOCK_LETTER * span, decimals=1, places=4)
         self._write("panel/time", "time", self._left, y)
-        pace = f"replay: {speed_up:g} times as fast as the work"
-        self._write("panel/pace", pace, self._left, y - 1.3 * self._letter, 0.66 * self._letter)
+        if speed_up is not None:
+            pace = f"replay: {speed_up:g} times as fast as the work"
+            self._write("panel/pace", pace, self._left, y - 1.3 * self._letter, 0.66 * self._letter)
         y = top - _SHARE_ROW * span
         self._share = self._number("share", "%", y, self._letter, decimals=1, places=4)
         self._write("panel/share", "harvested", self._left, y)

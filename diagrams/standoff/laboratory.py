@@ -188,10 +188,13 @@ class StandoffPage:
             value = min(max(values[name], least), largest)
             meshcat.AddSlider(name, least, largest, step, value)
         meshcat.AddButton(STOP)
-        # Of a perspective camera's picture a page of another shape keeps the middle.
-        meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=16.0, aspect=16 / 9, near=0.01, far=20.0))
-        # The open controls lie to the right of the picture.
-        eye, centre = np.array([0.24, -1e-3, 5.0]), np.array([0.24, 0.0, 0.0])
+        # Of this camera a page of any shape shows all; the open controls lie to its right.
+        meshcat.SetCamera(
+            Meshcat.OrthographicCamera(
+                left=-1.02, right=1.5, bottom=-0.71, top=0.71, near=0.01, far=20.0
+            )
+        )
+        eye, centre = np.array([0.0, -1e-3, 5.0]), np.zeros(3)
         # Drake's stubs put the dtype of an array where its shape belongs.
         meshcat.SetCameraPose(eye, centre)  # pyright: ignore[reportArgumentType]
         for part in ("/Grid", "/Axes"):
