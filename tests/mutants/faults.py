@@ -107,15 +107,20 @@ def _acting(node: ast.AST) -> Iterator[ast.AST]:
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr):
                 continue
-            if not _is_length_left(node, child):
+            if not _is_shape(node, child):
                 yield from _acting(child)
+                continue
+            # For the length that is left NumPy takes any negative number.
+            for length in child.elts if isinstance(child, ast.Tuple) else [child]:
+                if not isinstance(length, ast.UnaryOp):
+                    yield from _acting(length)
 
 
-def _is_length_left(node: ast.AST, child: ast.AST) -> bool:
-    """Whether this is the -1 of a `reshape`, for which NumPy takes any negative number."""
-    match node, child:
-        case ast.Call(func=ast.Attribute(attr="reshape")), ast.UnaryOp(op=ast.USub()):
-            return isinstance(child.operand, ast.Constant)
+def _is_shape(node: ast.AST, child: ast.AST) -> bool:
+    """Whether this is what a `reshape` is asked for."""
+    match node:
+        case ast.Call(func=ast.Attribute(attr="reshape"), args=arguments):
+            return child in arguments
         case _:
             return False
 

@@ -44,6 +44,7 @@ faults_of = load("faults").faults_of
         ("(a  # + b\n + c)", set()),
         ("'a' + b", set()),
         ("x = a.reshape(-1)", set()),
+        ("x = a.reshape((-1, 2))", {"x = a.reshape((-1, 3))"}),
     ],
 )
 def test_each_operator_makes_its_faults(source, faulty):

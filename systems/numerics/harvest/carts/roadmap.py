@@ -144,7 +144,7 @@ def _without_dead_ends(roadmap: Roadmap) -> Roadmap:
         (np.ones(len(edges.source)), (edges.source, edges.target)), shape=(len(nodes), len(nodes))
     )
     part = connected_components(links, connection="strong")[1]
-    kept = part == np.bincount(part, minlength=1).argmax() if len(nodes) else part > 0
+    kept = part == np.bincount(part).argmax() if len(nodes) else part > 0
     number = np.cumsum(kept) - 1
     edges = take_edges(edges, np.flatnonzero(kept[edges.source] & kept[edges.target]))
     edges = edges._replace(source=number[edges.source], target=number[edges.target])

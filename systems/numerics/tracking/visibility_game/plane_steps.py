@@ -291,7 +291,7 @@ def erode(
         minima = plane if half == 0 else (odd if half % 2 else even)
         for r in range(-reach, reach + 1):
             if halves[r + reach] == half:
-                lower_to(target, minima[low + r * stride : high + r * stride])
+                lower_to(target, minima[low + r * stride :])
 
 
 @kernel
