@@ -80,6 +80,8 @@ def test_any_run_can_be_replayed_alone(folder, tmp_path):
     (row,) = [row for row in rows if (row["cell"], row["run"]) == (only[1][:-2], 1)]
     assert summary["tracking_time"] == row["time"]
     assert summary["seed"] == row["seed"]
+    ended = "the horizon" if summary["censored"] else "the loss of evader"
+    assert f"run 1: {row['time']:.6f} s, to {ended}" in done.stdout + done.stderr
     left = {file.name for file in (tmp_path / "run").glob("[!.]*")}
     assert {"replay.html", "log.npz", "scenario.yaml"} <= left
 
@@ -90,6 +92,7 @@ def test_settings_reach_games_and_arenas():
     done = study("assignment", *words, *settings)
     # Nothing hides anybody in an empty arena.
     assert json.loads(done.stdout)["censored"]
+    assert "run 0: 1.000000 s, to the horizon" in done.stderr
 
 
 def test_every_pursuers_meet_every_evaders_in_the_study_of_policies(tmp_path):

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import make_app
 from sightfield.diagrams.harvest import scenarios
-from sightfield.diagrams.harvest.driver_map import draw_map
+from sightfield.diagrams.harvest.driver_map import _draw_scale, draw_map
 from sightfield.diagrams.harvest.fleet_size import find_what_it_takes
 from sightfield.diagrams.harvest.job import prepare_harvest
 from sightfield.diagrams.harvest.pictures import BAR, draw_timetable
@@ -245,6 +246,19 @@ def test_the_map_numbers_every_swath_once_at_its_place_and_names_starts_and_truc
         x, y, _ = small_job.plan.service.plans[visit.combine].pose_at(visit.begin)
         away = [np.hypot(a - x, b - y) for a, b in places]
         assert min(away) == pytest.approx(small_job.reach)
+
+
+@pytest.mark.parametrize(
+    ("size", "length"),
+    [(7.9, 1), (8.1, 2), (20.0, 5), (39.0, 5), (41.0, 10), (79.0, 10), (81.0, 20), (4001.0, 1000)],
+)
+def test_the_scale_is_the_longest_round_length_up_to_a_quarter_of_the_map(size, length):
+    axes = Figure().add_subplot()
+    _draw_scale(axes, (3.0, -2.0), size)
+    black, white = (each.get_xy() for each in axes.patches)
+    assert (black[:, 0].min(), black[:, 0].max()) == pytest.approx((3.0, 3.0 + length / 2))
+    assert (white[:, 0].min(), white[:, 0].max()) == pytest.approx((3.0 + length / 2, 3.0 + length))
+    assert [each.get_text() for each in axes.texts] == ["0", f"{length / 2:g}", f"{length} m"]
 
 
 def test_names_on_the_map_hide_no_name_and_no_mark(small_job):

@@ -1,6 +1,7 @@
 """Timetables: distances by Shapely, accelerations, all orders, crop that has to be cut first."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -184,3 +185,15 @@ def test_bad_journeys_are_refused(fleets):
         Journey(path, sweep, 1.0, 0.5, np.array([3.3]), np.array([9.0]))
     with pytest.raises(InvalidInput, match="journeys"):
         time_machines([])
+
+
+def test_a_machine_speeds_up_and_slows_down_within_a_cell(fleets):
+    """Between slow pieces long cells are entered and left slowly, and driven fast."""
+    path = fleets.drive((0.0, 0.0, 0.0), *[(6.0, 0.0)] * 6)
+    journey = fleets.journey(path, spacing=6.0)
+    journey = replace(journey, limits=np.tile([0.5, 1.6], 3))
+    (timed,) = time_machines([journey]).paths
+    check_is_driven(timed, journey)
+    # Without a stop: as long as each piece takes by itself from and to the slower speed.
+    assert timed.times[-1] == pytest.approx(shortest(journey), rel=1e-9)
+    assert timed.speeds.max() == pytest.approx(1.6)
