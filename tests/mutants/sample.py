@@ -25,7 +25,7 @@ import typer
 sys.path.insert(0, str(Path(__file__).parent))
 from faults import Fault, faults_of
 from reach import Reach, record
-from run import NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
+from run import FAILED, NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
 
 # How long the tests of one fault may take, as they were recorded: others are left out [s].
 LONGEST_TESTS = 60.0
@@ -119,8 +119,8 @@ def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
                 # Compiled code that reads beyond an array ends the process.
                 return about | {"found": f"pytest was ended by signal {-code}"}
             failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", said, re.MULTILINE)
-            if failed is None and "error" in said:
-                # The package cannot be imported.
+            if failed is None and code != FAILED:
+                # The package, or what tests share, cannot be imported.
                 return about | {"found": "no test runs"}
             if failed is None or failed[1] in spoilt:
                 raise RuntimeError(f"pytest ended with {code}:\n{said}")

@@ -46,6 +46,17 @@ def ros_name(kind):
     return f"{package}/{middle}/{name.removesuffix('_')}"
 
 
+def values(message, path=""):
+    """What a message holds, by the path to it."""
+    if is_dataclass(message):
+        for each in fields(message):
+            yield from values(getattr(message, each.name), f"{path}.{each.name}")
+    elif isinstance(message, list):
+        yield path, [float(each) for each in message]
+    else:
+        yield path, message
+
+
 def drawn(value, rng):
     """A message like another, with every number and text drawn."""
     if is_dataclass(value):
@@ -262,3 +273,11 @@ def test_no_type_tells_others_of_a_base(kind):
 
 def test_types_that_stations_say_most_are_packed_at_once():
     assert {each.__name__ for each in QUICK} == {"Twist", "TwistStamped", "Odometry", "PoseStamped"}
+
+
+@pytest.mark.parametrize("kind", TYPES, ids=lambda kind: kind.__name__)
+def test_an_empty_message_holds_zeros_and_rotations_that_turn_nothing(kind):
+    # False where all numbers are zero, a list is empty, or there is no text.
+    said = {path: value for path, value in values(kind()) if np.any(value)}
+    assert set(said.values()) <= {1.0}
+    assert set(said) == {path for path, _ in values(kind()) if path.endswith(".w")}

@@ -10,6 +10,7 @@ import stat
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sightfield.hardware_io.viewer.messages import (
@@ -328,9 +329,49 @@ def test_on_a_telephone_nothing_is_wider_than_the_page(view, new_page):
         assert wait_for(
             lambda: canvas.evaluate("c => [c.clientWidth, c.clientHeight]") == [400] * 2
         )
+        scene = page.locator("#scene").bounding_box()
         stop = page.locator("#stop").bounding_box()
         assert stop is not None
-        assert stop["y"] + stop["height"] < 800
+        assert scene is not None
+        # What happens and the stop, and below it all of the laboratory.
+        assert stop["y"] + stop["height"] < scene["y"]
+        assert scene["y"] + scene["height"] < 800
+
+
+# Where the corners of the floor are on the page, which is a box [px].
+CORNERS = """() => {
+    viewer.camera.updateWorldMatrix(true, false);
+    viewer.scene.updateWorldMatrix(true, true);
+    const floor = new MeshCat.THREE.Box3(), pane = document.querySelector("#scene");
+    viewer.scene.traverse(part => { if (part.isMesh) floor.expandByObject(part); });
+    const {x, y, width, height} = pane.getBoundingClientRect();
+    const corners = [];
+    for (const east of [floor.min.x, floor.max.x]) for (const south of [floor.min.z, floor.max.z]) {
+        const seen = new MeshCat.THREE.Vector3(east, 0, south).project(viewer.camera);
+        corners.push([x + (seen.x + 1) / 2 * width, y + (1 - seen.y) / 2 * height]);
+    }
+    return [corners, [x, y], [x + width, y + height]];
+}"""
+
+
+@pytest.mark.browser
+def test_a_page_of_any_shape_shows_the_whole_laboratory(view, new_page):
+    page = new_page().page
+    with ViewerLink(view.states, view.words, SCENE, Operator()) as link:
+        page.goto(f"{view.url}#{link.key}")
+        assert wait_for(lambda: shown(view, link))
+        assert wait_for(lambda: link.show(STATE) or page.locator("#robots tr").count() == 3)
+        for width, height in ((1920, 1080), (1024, 768), (400, 800), (1280, 720), (820, 1180)):
+            page.set_viewport_size({"width": width, "height": height})
+
+            def fits():
+                link.show(STATE)
+                corners, low, high = map(np.array, page.evaluate(CORNERS))
+                # As wide as it may be, nearly.
+                wide = np.ptp(corners[:, 0]) / (high - low).min()
+                return (corners >= low).all() and (corners <= high).all() and wide > 0.6
+
+            assert wait_for(fits), (width, height, page.evaluate(CORNERS))
 
 
 @pytest.mark.browser

@@ -67,6 +67,8 @@ def test_grids_of_a_step_are_as_recorded(step, as_recorded):
     grid = StateGrid.of_step(step)
     assert StateGrid.thesis() == StateGrid.of_step(0.2)
     assert StateGrid.fine((1.0, 2.0), radius=3.0) == StateGrid.of_step(0.1, (1, 2), radius=3)
+    about = (0.0, 0.0)
+    assert StateGrid.fine() == StateGrid.of_step(0.1, about, radius=1.0) == StateGrid.of_step(0.1)
     assert grid.cell == (grid.step, grid.step, grid.theta_step, grid.beta_step)
     assert grid.theta_step == pytest.approx(2 * math.pi / grid.theta_count)
 
