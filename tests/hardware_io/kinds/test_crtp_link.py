@@ -53,7 +53,9 @@ def command(speed, rate, late=False):
     return Order(What.COMMAND, 2, deadline, speed, rate)
 
 
-@pytest.mark.parametrize(("version", "kind", "sign"), [(12, 10, 1), (9, 10, 1), (8, 5, -1)])
+@pytest.mark.parametrize(
+    ("version", "kind", "sign"), [(12, 10, 1), (9, 10, 1), (8, 5, -1), (0, 5, -1)]
+)
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_a_command_is_a_speed_over_the_ground_in_degrees(link, version, kind, sign):
     link.vehicle.version = version

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from sightfield.systems.numerics.planning.value_function.grid import (
     is_mirrored,
 )
 from sightfield.systems.numerics.planning.value_function.policy import Following
+from sightfield.systems.numerics.planning.value_function.solve import carried_over
+from sightfield.systems.numerics.planning.value_function.sweeps import FAR
 from sightfield.systems.numerics.planning.value_function.value_function import ValueFunction
 
 CART = Trailer(speed=1.7, turn_rate=0.9, length=1.3, hitch_offset=0.25, jackknife=1.2)
@@ -475,3 +478,15 @@ def test_beyond_a_limit_and_in_the_box_times_are_settled():
     np.testing.assert_allclose(moved.to_table([3.0, -2.0, 1.4, 0.1]), value.goal.state, atol=1e-12)
     with pytest.raises(InvalidInput, match="goal"):
         value.moved(3.0, math.inf, 1.4)
+
+
+@pytest.mark.parametrize("step", [0.3, 0.55, 0.9])
+def test_a_table_carried_over_to_its_own_grid_is_itself(step):
+    """Nodes are found again whatever a sum of steps was rounded to; else far ones would spread."""
+    grid = StateGrid.covering((-4.8, -3.5, 2.1, 4.4), step, radius=1.3)
+    rng = np.random.default_rng(5)
+    shape = tuple(map(len, (grid.axes()[2], grid.axes()[3], grid.axes()[1], grid.axes()[0])))
+    table = rng.uniform(0.0, 9.0, shape).astype(np.float32)
+    table[rng.random(table.shape) < 0.3] = np.inf
+    found = carried_over(SimpleNamespace(table=table, grid=grid), grid)
+    np.testing.assert_array_equal(np.where(found < FAR, found, np.inf), table)
