@@ -310,6 +310,39 @@ class WatchedPage:
             "time => { viewer.animator.pause(); viewer.animator.seek(time + 1e-4); }", time
         )
 
+    def resize(self, width: int, height: int) -> None:
+        """Make the page so large, and wait until it has been drawn [px]."""
+        self.page.set_viewport_size({"width": width, "height": height})
+        self.page.wait_for_function(
+            "size => window.innerWidth === size[0] && window.innerHeight === size[1]"
+            " && viewer.renderer.domElement.clientWidth === size[0] && !viewer.needs_render",
+            arg=[width, height],
+        )
+
+    def on_screen(self, points: np.ndarray) -> np.ndarray:
+        """Where points of the floor are on the page, shape (n, 2), from its upper left corner [px].
+
+        Args:
+            points: Shape (n, 2) [m].
+        """
+        # A camera is made some time after the page heard of it, and looks anywhere until then.
+        self.page.wait_for_function(
+            "viewer.camera.type === 'OrthographicCamera' && !viewer.needs_render"
+        )
+        found = self.page.evaluate(
+            """points => points.map(([x, y]) => {
+                // With all above them, which a page not drawn since would leave as they were.
+                viewer.camera.updateWorldMatrix(true, false);
+                viewer.scene.updateWorldMatrix(true, false);
+                const at = new MeshCat.THREE.Vector3(x, y, 0);
+                const seen = at.applyMatrix4(viewer.scene.matrixWorld).project(viewer.camera);
+                const [right, down] = [(seen.x + 1) / 2, (1 - seen.y) / 2];
+                return [right * window.innerWidth, down * window.innerHeight];
+            })""",
+            points.tolist(),
+        )
+        return np.array(found)
+
     def _note(self, message) -> None:
         if message.type == "error":
             self.complaints.append(message.text)

@@ -110,10 +110,18 @@ def _acting(node: ast.AST) -> Iterator[ast.AST]:
             if not _is_shape(node, child):
                 yield from _acting(child)
                 continue
-            # For the length that is left NumPy takes any negative number.
             for length in child.elts if isinstance(child, ast.Tuple) else [child]:
-                if not isinstance(length, ast.UnaryOp):
+                if not _is_left(length):
                     yield from _acting(length)
+
+
+def _is_left(length: ast.AST) -> bool:
+    """Whether this is the -1 of a shape, for which NumPy takes any negative number."""
+    match length:
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant()):
+            return True
+        case _:
+            return False
 
 
 def _is_shape(node: ast.AST, child: ast.AST) -> bool:

@@ -45,6 +45,7 @@ faults_of = load("faults").faults_of
         ("'a' + b", set()),
         ("x = a.reshape(-1)", set()),
         ("x = a.reshape((-1, 2))", {"x = a.reshape((-1, 3))"}),
+        ("x = a.reshape(-n)", {"x = a.reshape((n))"}),
     ],
 )
 def test_each_operator_makes_its_faults(source, faulty):

@@ -10,6 +10,7 @@ from sightfield.diagrams.standoff.laboratory import (
     KP,
     StandoffPage,
     draw_laboratory,
+    laboratory_image,
     sampled_response,
 )
 from sightfield.diagrams.standoff.make_standoff import StandoffScenario, run_standoff
@@ -69,27 +70,17 @@ def test_a_slider_on_the_page_moves_the_loop(new_page):
 @pytest.mark.browser
 def test_the_whole_picture_is_on_a_page_of_any_shape(new_page):
     meshcat = open_live_page(port=0)
-    StandoffPage(meshcat, StandoffScenario(loop=StandoffLoop(), sampled=CLOCK))
+    page = StandoffPage(meshcat, StandoffScenario(loop=StandoffLoop(), sampled=CLOCK))
     watched = new_page()
     watched.page.goto(meshcat.web_url())
     watched.page.wait_for_function("window.node && node('laboratory/picture')")
-    for width, height in ((1024, 768), (1280, 720), (1920, 1080), (400, 800)):
-        watched.page.set_viewport_size({"width": width, "height": height})
-        watched.page.wait_for_function(
-            "width => viewer.camera.type === 'OrthographicCamera' && !viewer.needs_render"
-            " && viewer.renderer.domElement.clientWidth === width",
-            arg=width,
-        )
-        corners = watched.page.evaluate(
-            """() => {
-                viewer.camera.updateWorldMatrix(true, false);
-                viewer.scene.updateWorldMatrix(true, true);
-                const picture = node("laboratory/picture").object;
-                const box = new MeshCat.THREE.Box3().setFromObject(picture);
-                return [box.min, box.max].map(corner => corner.project(viewer.camera)).map(
-                    seen => [seen.x, seen.y]);
-            }"""
-        )
-        assert np.ptp(corners, axis=0).min() > 0.2
-        assert np.abs(corners).max() <= 1.0
+    # As wide as it is drawn, and as high as the picture's proportion has it [m].
+    rows, columns = laboratory_image(page.scenario).shape[:2]
+    corners = np.array([[-1.0, -rows / columns], [1.0, rows / columns]])
+    for size in ((1024, 768), (1280, 720), (1920, 1080), (400, 800)):
+        watched.resize(*size)
+        seen = watched.on_screen(corners)
+        assert (seen >= 0).all()
+        assert (seen <= size).all()
+        assert np.ptp(seen[:, 0]) > 0.75 * size[0]
     assert watched.complaints == []

@@ -177,30 +177,10 @@ def test_a_second_run_starts_from_a_clean_sheet(live):
     )
 
 
-def on_screen(page, points: np.ndarray) -> np.ndarray:
-    """Where points on the floor are on the page, shape (n, 2) [pixels]."""
-    # A camera is made some time after the page heard of it, and looks anywhere until then.
-    page.page.wait_for_function(
-        "viewer.camera.type === 'OrthographicCamera' && !viewer.needs_render"
-    )
-    pixels = page.page.evaluate(
-        """points => points.map(p => {
-            // With all above them, which a page that has not drawn since would leave as they were.
-            viewer.camera.updateWorldMatrix(true, false);
-            viewer.scene.updateWorldMatrix(true, false);
-            const place = new MeshCat.THREE.Vector3(p[0], p[1], 0);
-            const q = place.applyMatrix4(viewer.scene.matrixWorld).project(viewer.camera);
-            return [(q.x + 1) / 2 * window.innerWidth, (1 - q.y) / 2 * window.innerHeight];
-        })""",
-        points.tolist(),
-    )
-    return np.array(pixels)
-
-
 def test_map_and_panel_are_in_view_beside_each_other(live):
     live.play_to(0.0)
-    sheet = on_screen(live.page, live.page.vertices("panel/sheet"))
-    wall = on_screen(live.page, live.page.vertices("world/wall"))
+    sheet = live.page.watched.on_screen(live.page.vertices("panel/sheet")[:, :2])
+    wall = live.page.watched.on_screen(live.page.vertices("world/wall")[:, :2])
     pixels = np.vstack([sheet, wall])
     assert (pixels >= 0).all()
     # Meshcat's controls, unfolded, take the last 245 pixels.
@@ -212,7 +192,7 @@ def test_map_and_panel_are_in_view_beside_each_other(live):
 def test_colours_come_out_as_the_palette_has_them(live):
     live.play_to(0.0)
     # The middle of the block, a free spot, the middle of the grown boundary's south side.
-    places = on_screen(live.page, np.array([[2.0, 1.4], [3.0, 2.8], [3.7, 0.12]]))
+    places = live.page.watched.on_screen(np.array([[2.0, 1.4], [3.0, 2.8], [3.7, 0.12]]))
     image = cv2.imdecode(np.frombuffer(live.page.page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
     shown = [image[round(y), round(x), ::-1] / 255 for x, y in places]

@@ -69,26 +69,9 @@ def pixels(watched, size) -> np.ndarray:
 
     Shape (7, 2), from the page's upper left corner [px].
     """
-    watched.page.set_viewport_size({"width": size[0], "height": size[1]})
-    # What asks where the camera looks waits until the page has been drawn.
-    watched.page.wait_for_function(
-        "size => window.innerWidth === size[0] && window.innerHeight === size[1]"
-        " && viewer.renderer.domElement.clientWidth === size[0] && !viewer.needs_render",
-        arg=list(size),
-    )
+    watched.resize(*size)
     corners = [(x, y) for x in (LEFT, RIGHT) for y in (BOTTOM, TOP)]
-    points = [*corners, (6.0, 1.5), (7.0, 1.5), (6.0, 2.5)]
-    found = watched.page.evaluate(
-        """points => points.map(([x, y]) => {
-            viewer.camera.updateWorldMatrix(true, false);
-            viewer.scene.updateWorldMatrix(true, false);
-            const at = new MeshCat.THREE.Vector3(x, y, 0);
-            const seen = at.applyMatrix4(viewer.scene.matrixWorld).project(viewer.camera);
-            return [(seen.x + 1) / 2 * window.innerWidth, (1 - seen.y) / 2 * window.innerHeight];
-        })""",
-        [list(point) for point in points],
-    )
-    return np.array(found)
+    return watched.on_screen(np.array([*corners, (6.0, 1.5), (7.0, 1.5), (6.0, 2.5)]))
 
 
 @pytest.mark.parametrize("size", SIZES, ids=str)

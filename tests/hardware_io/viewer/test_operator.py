@@ -71,23 +71,28 @@ def test_a_port_says_what_the_operator_wants():
     assert port.GetOutputPort("view_age").Eval(simulator.get_context()) == 0.7
 
 
-def test_keys_in_a_terminal_are_heard_one_by_one():
+@pytest.fixture
+def terminal():
+    """Descriptors of a terminal: where keys are pressed, and where they are read."""
     ours, theirs = pty.openpty()
+    yield ours, theirs
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_keys_in_a_terminal_are_heard_one_by_one(terminal):
+    ours, theirs = terminal
     heard, all_heard = [], threading.Event()
 
     def stop():
         heard.append("stop")
         all_heard.set()
 
-    try:
-        with keys({" ": stop, "p": lambda: heard.append("pause")}, terminal=theirs) as attended:
-            assert attended
-            # No newline: keys come at once. An x stands for nothing.
-            os.write(ours, b"xp ")
-            assert all_heard.wait(5)
-    finally:
-        os.close(ours)
-        os.close(theirs)
+    with keys({" ": stop, "p": lambda: heard.append("pause")}, terminal=theirs) as attended:
+        assert attended
+        # No newline: keys come at once. An x stands for nothing.
+        os.write(ours, b"xp ")
+        assert all_heard.wait(5)
     assert heard == ["pause", "stop"]
 
 
@@ -99,19 +104,15 @@ def test_without_a_terminal_there_are_no_keys():
     os.close(write)
 
 
-def test_where_no_terminal_is_named_it_is_standard_input(monkeypatch):
-    ours, theirs = pty.openpty()
+def test_where_no_terminal_is_named_it_is_standard_input(terminal, monkeypatch):
+    ours, theirs = terminal
     heard = threading.Event()
-    try:
-        with open(theirs, "rb", buffering=0, closefd=False) as terminal:
-            monkeypatch.setattr("sys.stdin", terminal)
-            with keys({"s": heard.set}) as attended:
-                assert attended
-                os.write(ours, b"s")
-                assert heard.wait(5)
-    finally:
-        os.close(ours)
-        os.close(theirs)
+    with open(theirs, "rb", buffering=0, closefd=False) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        with keys({"s": heard.set}) as attended:
+            assert attended
+            os.write(ours, b"s")
+            assert heard.wait(5)
 
 
 @pytest.mark.parametrize("stdin", [None, io.StringIO("s")], ids=["service", "replaced"])

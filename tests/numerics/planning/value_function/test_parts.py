@@ -485,8 +485,7 @@ def test_a_table_carried_over_to_its_own_grid_is_itself(step):
     """Nodes are found again whatever a sum of steps was rounded to; else far ones would spread."""
     grid = StateGrid.covering((-4.8, -3.5, 2.1, 4.4), step, radius=1.3)
     rng = np.random.default_rng(5)
-    shape = tuple(map(len, (grid.axes()[2], grid.axes()[3], grid.axes()[1], grid.axes()[0])))
-    table = rng.uniform(0.0, 9.0, shape).astype(np.float32)
+    table = rng.uniform(0.0, 9.0, grid.shape).astype(np.float32)
     table[rng.random(table.shape) < 0.3] = np.inf
     found = carried_over(SimpleNamespace(table=table, grid=grid), grid)
     np.testing.assert_array_equal(np.where(found < FAR, found, np.inf), table)
