@@ -28,6 +28,22 @@ def test_help_lists_every_subcommand_with_its_whole_line():
     assert listed == COMMANDS
 
 
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        ("harvest", ["audit", "plan", "run"]),
+        ("camera", ["calibrate", "convert", "estimate", "render", "track"]),
+        ("social", ["run", "server"]),
+        ("standoff", ["analyse", "design", "live", "run", "simulate"]),
+        ("station", ["check", "convert", "identify", "kind-check", "replay", "run", "view"]),
+        ("study", ["assignment", "map", "policies", "tracking"]),
+    ],
+)
+def test_a_command_with_parts_lists_them(name, parts):
+    stdout = CliRunner().invoke(make_app(), [name, "--help"]).stdout
+    assert sorted(re.findall(r"^  ([\w-]+)  ", stdout.partition("Commands:")[2], re.M)) == parts
+
+
 def test_help_and_refusals_import_no_command():
     code = """
 import sys
@@ -64,6 +80,11 @@ def test_a_word_that_is_no_subcommand_is_refused():
         (("harvest", "run", "--nope"), "No such option: --nope"),
         (("harvest", "--combines", "1e308"), "Invalid value for '--combines'"),
         (("trak",), "No such command 'trak'"),
+        (("station", "identify"), "`--emulate` or --hardware must say which robots; got neither"),
+        (
+            ("station", "identify", "--emulate", "--hardware"),
+            "`--emulate` or --hardware must say which robots; got both",
+        ),
     ],
     ids=lambda part: " ".join(part) if isinstance(part, tuple) else "",
 )

@@ -15,8 +15,9 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from sightfield.diagrams.commands.app import make_app
-from sightfield.diagrams.commands.plan import solving_shown
+from sightfield.diagrams.commands.plan import _grid_step, solving_shown
 from sightfield.systems.numerics.errors import InvalidInput
+from sightfield.systems.numerics.planning.value_function.grid import THESIS_STEP
 
 # Stands for a world with walls far off, for what is said of walls alone.
 ROOM = ("--world", "room.wkt")
@@ -306,3 +307,8 @@ def test_unwanted_or_unwatched_nothing_is_written(wanted, terminal):
     with solving_shown(wanted, screen) as report:
         assert report is None
     assert written(screen) == ""
+
+
+def test_the_fine_grid_has_half_the_step_of_the_thesis():
+    assert _grid_step("fine") == _grid_step("thesis") / 2 == THESIS_STEP / 2
+    assert _grid_step("0.07") == 0.07

@@ -56,6 +56,14 @@ def test_the_phase_portrait_marks_equilibria_and_singularity(controller):
     assert full == [True, False]
     assert ("singularity" in curves(axes)) == bool(found.singularities)
     assert ("border (separatrix)" in curves(axes)) == found.loop.integrates
+    low, high = axes.get_ylim()
+    assert low == -high
+    if found.loop.integrates:
+        # Of the border, what stands between the sides is shown whole, with a margin.
+        border = curves(axes)["border (separatrix)"]
+        left, right = axes.get_xlim()
+        beside = (border[:, 0] > left) & (border[:, 0] < right)
+        assert high == pytest.approx(1.15 * np.abs(border[beside, 1]).max())
 
 
 @pytest.mark.parametrize("controller", CONTROLLERS)

@@ -185,6 +185,21 @@ def test_two_that_stand_in_one_anothers_places_change_them_and_one_goes_aside(la
     assert gaps.min() > TOUCHES
 
 
+def test_a_robot_that_is_not_seen_at_first_is_waited_for(laboratory, monkeypatch):
+    scenario, game, devices, _ = laboratory
+    read, looks = devices.poses.read, []
+
+    def shut_at_first():
+        reading = read()
+        looks.append(len(looks))
+        stamps = reading.stamps if len(looks) > 3 else np.full_like(reading.stamps, -np.inf)
+        return PoseReading(reading.poses, stamps)
+
+    monkeypatch.setattr(devices.poses, "read", shut_at_first)
+    assert list(drive_to_start(scenario, game, devices)) == []
+    assert len(looks) > 3
+
+
 def test_a_robot_that_does_not_get_on_is_named(laboratory):
     scenario, game, devices, starts = laboratory
     devices.laboratory.place(2, starts[2] - [0.2, 0.0, 0.0])

@@ -10,19 +10,35 @@ from sightfield.diagrams.scenario_files import load_scenario
 from sightfield.diagrams.studies.play import play, play_block
 from sightfield.diagrams.studies.report import write_scenario
 from sightfield.diagrams.studies.study import Cell, study_from_json, study_to_json
-from sightfield.diagrams.studies.team_studies import thesis_base, tracking_study
+from sightfield.diagrams.studies.team_studies import (
+    assignment_study,
+    policies_study,
+    thesis_base,
+    tracking_study,
+)
 from sightfield.diagrams.tracking.game import set_up_game
 from sightfield.diagrams.tracking.run import run_tracking
 from sightfield.diagrams.tracking.scenario import TrackingScenario
 from sightfield.diagrams.world_source import WorldSource
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.edge_index import build_edge_index
+from sightfield.systems.numerics.geometry.random_arena import Arena
 from sightfield.systems.numerics.geometry.team_sight import sight_matrix
 
 
 def test_a_study_survives_json(make_study):
     study = make_study(3)
     assert study_from_json(json.loads(json.dumps(study_to_json(study)))) == study
+
+
+@pytest.mark.parametrize("make", [tracking_study, assignment_study, policies_study])
+def test_worlds_are_drawn_unless_one_is_given(make):
+    base, arena = thesis_base(seconds=7.0), Arena(side=5.0)
+    assert make(runs=1).arena == Arena()
+    assert make(runs=1, arena=arena).arena is arena
+    assert make(runs=1, base=base).arena is None
+    both = make(runs=1, base=base, arena=arena)
+    assert (both.base, both.arena) == (base, arena)
 
 
 def test_every_evader_starts_where_a_pursuer_sees_it():

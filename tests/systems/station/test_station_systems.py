@@ -193,3 +193,18 @@ def test_pictures_are_shown_from_the_tick_at_which_they_were_new():
 def test_what_cannot_be_is_refused(make):
     with pytest.raises(InvalidInput):
         make()
+
+
+def test_before_anything_has_come_it_is_infinitely_old():
+    receiver = SampledReceiver([[0.1, 0.2]] * 2, period=0.1, stale_after=0.5)
+    context = receiver.CreateDefaultContext()
+    said = {
+        name: receiver.GetOutputPort(name).Eval(context).tolist()
+        for name in ("value", "valid", "age", "stamp")
+    }
+    assert said == {
+        "value": [0.1, 0.2, 0.1, 0.2],
+        "valid": [0.0, 0.0],
+        "age": [np.inf, np.inf],
+        "stamp": [-np.inf, -np.inf],
+    }

@@ -89,6 +89,8 @@ def test_a_machine_that_stands_closes_its_place_for_ever():
     assert not blocked[1].any()
     both = joined(traffic, cart_traffic(cart, [[stands]], 5))
     assert without(both, 4).machine.tolist() == [5, 5]
+    # Tractor and trailer of each, numbered on from the first.
+    assert cart_traffic(cart, [[stands], [stands]], 4).machine.tolist() == [4, 4, 5, 5]
 
 
 def test_traffic_that_changes_later_is_as_if_made_anew(hand_made, stopped):

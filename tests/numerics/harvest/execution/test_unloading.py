@@ -8,7 +8,11 @@ import pytest
 from sightfield.systems.numerics.harvest.execution.advance import Disturbance
 from sightfield.systems.numerics.harvest.execution.fleet import cut_up_to
 from sightfield.systems.numerics.harvest.execution.orders import REST, find_ties
-from sightfield.systems.numerics.harvest.execution.planned_work import grain_stations
+from sightfield.systems.numerics.harvest.execution.planned_work import (
+    PIECE,
+    _in_whole_pieces,
+    grain_stations,
+)
 from sightfield.systems.numerics.harvest.execution.unloading import (
     NEAR,
     Loads,
@@ -29,6 +33,7 @@ from sightfield.systems.numerics.harvest.machines import (
     TANK,
     UNLOADING,
 )
+from sightfield.systems.numerics.harvest.paths import MachinePath
 
 
 def account(tank, station=10.0):
@@ -199,3 +204,30 @@ def test_a_full_tank_goes_on_as_far_as_the_cart_alongside_has_still_to_take(crew
     begin = 200.0
     hold = full_hold(fleet, loads, begin, 0)
     assert cut_up_to(fleet, 0, hold) - cut_up_to(fleet, 0, begin) == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_grain_comes_in_where_the_header_is_down_over_a_whole_piece(seed):
+    """However long the stretches of cutting, and however little falls on whole pieces of them."""
+    rng = np.random.default_rng([17, seed])
+    ends = np.cumsum(rng.uniform(0.2, 7.0, 9))
+    poses = np.column_stack([ends, np.zeros((9, 2))])
+    path = MachinePath.of(poses)
+    path = replace(path, cutting=np.arange(8) % 2 == 0)
+    begins, ends = path.stations[:-1][path.cutting], path.stations[1:][path.cutting]
+    stretch = rng.integers(0, len(begins), 40)
+    at = begins[stretch] + rng.uniform(0.0, 1.0, 40) * (ends - begins)[stretch]
+    moved = _in_whole_pieces(path, at)
+    for k, own in enumerate(stretch):
+        pieces = [
+            n * PIECE
+            for n in range(200)
+            if begins[own] <= n * PIECE + 1e-9 and (n + 1) * PIECE <= ends[own] + 1e-9
+        ]
+        if not pieces:
+            assert moved[k] == at[k]
+            continue
+        low, high = pieces[0], pieces[-1] + PIECE
+        assert low < moved[k] <= high
+        if low + PIECE / 2 <= at[k] <= high:
+            assert moved[k] == at[k]

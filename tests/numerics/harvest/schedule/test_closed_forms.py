@@ -252,3 +252,13 @@ def test_the_largest_fill_rate_solves_its_equation(combines):
     left = a * rate**2 - (combines * 9_300.0 + a * 118.0) * rate + 9_300.0 * 118.0
     assert left == pytest.approx(0.0, abs=1e-6)
     assert rate <= 118.0 / combines * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("travel_time", [15.0, 21.2, 26.8, 44.9])
+def test_a_cart_that_is_just_busy_all_the_time_is_enough(travel_time):
+    """In spite of rounding: each combine is full again as the cart comes back to it."""
+    emptying, others = 30.1, 7
+    filling = others * (2 * travel_time + emptying)
+    rate = 9000.0 / filling
+    just = EqualCombines(2, 9000.0, rate, rate + 9000.0 / emptying, travel_time)
+    assert forms.combines_feasible(just) == 1 + others

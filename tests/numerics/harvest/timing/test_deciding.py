@@ -12,6 +12,7 @@ from sightfield.systems.numerics.harvest.timing.deciding import (
     search_course,
 )
 from sightfield.systems.numerics.harvest.timing.rule import (
+    _write_holds,
     find_dead_ends,
     free_rule,
     gather_meetings,
@@ -255,3 +256,17 @@ def test_a_convoy_round_a_field_arrives_though_no_state_is_safe(count):
         at = np.minimum(progress, cells - 1)
         assert not any(marks[a, b][at[a], at[b]] for a, b in marks)
     assert (progress == cells).all()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_progress_allows_all_cells_up_to_the_first_that_needs_more(seed):
+    rng = np.random.default_rng([31, seed])
+    others = int(rng.integers(1, 9))
+    # Some need more than the other one ever does; the first may.
+    needed = rng.integers(0, others + 2, int(rng.integers(1, 12)))
+    table = np.full(others + 4, -7)
+    _write_holds(needed, table, 2, others)
+    for progress in range(others + 1):
+        more = np.flatnonzero(needed > progress)
+        assert table[2 + progress] == (more[0] if len(more) else len(needed)) - 1
+    assert table[[0, 1, -1]].tolist() == [-7, -7, -7]

@@ -131,3 +131,8 @@ def test_surf_works_or_says_why_not(paste):
 )
 def test_which_way_up_a_square_hangs(order, stance):
     assert stance_of(SQUARE[order], 0.12) is stance
+
+
+def test_a_square_with_an_edge_of_no_height_hangs_no_way_up():
+    corners = SQUARE[[0, 1, 2, 0]]
+    assert stance_of(corners, 0.12) is Stance.TILTED
