@@ -124,7 +124,7 @@ def run_picture_tracking(
             simulator.AdvancePendingEvents()
         lost_at = float(np.asarray(loss.Eval(tracking_context))[0])
         progress(step * period)
-        if lost_at <= step * period:
+        if math.isfinite(lost_at):
             break
     scene = _subsystem(tracking, "scene", TrackingScene)
     pictures = _subsystem(tracking, "picture_scene", PictureScene)

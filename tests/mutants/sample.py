@@ -98,7 +98,7 @@ def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
     fault = module.faults[name]
     about: dict[str, object] = {"name": name, "story": module.story, "found": None}
     source = _text(ROOT / module.file)
-    tests = reach.chosen(module.file, fault.line, LONGEST_TESTS)
+    tests = reach.chosen(module.file, fault.line, LONGEST_TESTS) or _tests_beside(module.file)
     if not tests:
         return about
     with tempfile.TemporaryDirectory() as copy:
@@ -129,6 +129,16 @@ def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
                 return about | {"found": test}
             print(f"fails without the fault too: {test}", flush=True)
             spoilt.append(test)
+
+
+def _tests_beside(file: Path) -> list[str]:
+    """The tests of a file's story, which may run it in processes of their own.
+
+    What runs there is not recorded.
+    """
+    parts = [each for each in file.parts if each != "systems" or "numerics" not in file.parts]
+    folder = Path("tests", *parts[:2])
+    return [str(folder)] if (ROOT / folder).is_dir() else []
 
 
 @cache

@@ -109,9 +109,8 @@ class Goal:
     def corners(self) -> np.ndarray:
         """Corners of a box of finite widths on the ground, counterclockwise, shape (4, 2) [m]."""
         wide, high = self.tolerance[:2]
-        local = np.zeros((4, 4))
-        local[:, 0], local[:, 1] = [wide, wide, -wide, -wide], [-high, high, high, -high]
-        return self.from_frame(local)[:, :2]
+        sides = np.array([(1, -1, 0, 0), (1, 1, 0, 0), (-1, 1, 0, 0), (-1, -1, 0, 0)])
+        return self.from_frame(sides * [wide, high, 0.0, 0.0])[:, :2]
 
 
 # Range of the trailer's length in turning radii, and largest hitch offset in trailer lengths.

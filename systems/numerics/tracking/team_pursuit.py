@@ -167,10 +167,10 @@ def sample_field(
         for c in range(len(corners)):
             seen = beside[c] > 0.5 and segment_is_clear(index, x, y, corners[c, 0], corners[c, 1])
             shared[c] = 1.0 if seen else 0.0
-        vx, vy = pursuit_velocity(field, weighting, x, y, ex, ey, shared, corners, ratio, 1.0, 0.0)
-        length = math.sqrt(vx * vx + vy * vy)
-        if length > 0.0:
-            directions[n, 0], directions[n, 1] = vx / length, vy / length
+        # At a speed of 1 m/s.
+        directions[n, 0], directions[n, 1] = pursuit_velocity(
+            field, weighting, x, y, ex, ey, shared, corners, ratio, 1.0, 0.0
+        )
     return directions
 
 

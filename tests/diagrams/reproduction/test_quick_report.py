@@ -51,6 +51,12 @@ def test_each_exhibit_has_a_section_with_its_verdict_and_command(report):
         assert not [f for f in each["findings"] if re.search(r"\b(nan|inf)\b", f["ours"])]
 
 
+def test_the_quick_report_compares_planners_in_few_directions(report):
+    (found,) = [each for each in report.summary["exhibits"] if "Figure 3.10" in each["covers"]]
+    (close,) = [each for each in found["findings"] if each["subject"].startswith("How close")]
+    assert "at 5 of 5 ratios" in close["ours"]
+
+
 def test_names_of_the_code_are_set_as_code(report):
     assert "<code>urgency</code>" in report.page
     assert "`" not in re.sub(r' alt="[^"]*"', "", report.page)

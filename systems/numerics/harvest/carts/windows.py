@@ -162,9 +162,10 @@ def lane_beside(path: MachinePath, first: float, last: float, place: Beside) -> 
     at = np.linspace(first, last, count + 1)
     poses = path.pose_at(np.clip(at, first + 1e-9, last - 1e-9))
     # The tractor is ahead of the combine, so its lane ends that much farther on.
-    poses = np.vstack([poses, poses[-1]])
-    poses[-1, :2] += (place.ahead + 1.0) * np.array([np.cos(poses[-1, 2]), np.sin(poses[-1, 2])])
-    at = np.append(at, last + place.ahead + 1.0)
+    x, y, theta = poses[-1]
+    farther = place.ahead + 1.0
+    poses = np.vstack([poses, [x + farther * np.cos(theta), y + farther * np.sin(theta), theta]])
+    at = np.append(at, last + farther)
     left = np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
     corners = poses[:, :2] + place.left * left
     way = rounded_path(corners)

@@ -174,17 +174,18 @@ def with_helpers(targets: np.ndarray, worth: np.ndarray, steps: np.ndarray) -> n
             is no way, shape (n, m).
     """
     # Pursuers that see an evader come before those that do not; among those, the soonest is first.
-    help_worth = np.where(worth > 0.0, 1.0 + worth, 1.0 / (1.0 + steps))
+    preference = np.where(worth > 0.0, worth, -steps)
+    able = preference > -np.inf
     targets = targets.copy()
     while True:
-        free = np.flatnonzero((targets == UNASSIGNED) & (help_worth > 0.0).any(axis=1))
+        free = np.flatnonzero((targets == UNASSIGNED) & able.any(axis=1))
         if len(free) == 0:
             return targets
         watchers = np.bincount(targets[targets != UNASSIGNED], minlength=worth.shape[1])
         held = best_worths(targets, worth)
-        helped = np.flatnonzero((help_worth[free] > 0.0).any(axis=0))
+        helped = np.flatnonzero(able[free].any(axis=0))
         j = min(helped, key=lambda each: (watchers[each], held[each]))
-        targets[free[np.argmax(help_worth[free, j])]] = j
+        targets[free[np.argmax(preference[free, j])]] = j
 
 
 def best_worths(targets: np.ndarray, worth: np.ndarray) -> np.ndarray:

@@ -323,3 +323,13 @@ def test_a_narrow_header_leaves_the_ring_round_a_pole_as_it_came_there(field_mak
     # Else there is none.
     with pytest.raises(NoWay):
         driver.way_to(ring.pose(0.3 * ring.length), goal)
+
+
+def test_a_loop_without_corners_goes_all_the_way_round():
+    combine = Combine(header_width=6.0, turning_radius=6.0)
+    disc = shapely.Point(3.0, -2.0).buffer(40.0, quad_segs=200)
+    (loop,) = lay_out_loops(disc, combine, 0, lambda pose: True)
+    assert len(loop.corners) == 0
+    # Half a header inside the edge, to the 2 cm to which it is simplified.
+    places = shapely.points(shapely.get_coordinates(shapely.segmentize(loop.line, 0.5)))
+    assert shapely.distance(places, disc.exterior) == pytest.approx(3.0, abs=0.03)

@@ -9,13 +9,13 @@ import shapely
 from sightfield.systems.numerics.errors import InvalidInput
 from sightfield.systems.numerics.geometry.world import make_world
 from sightfield.systems.numerics.harvest.field.field import Field
-from sightfield.systems.numerics.harvest.machines import Combine, combine_outline
+from sightfield.systems.numerics.harvest.machines import Combine, CombineOutline, combine_outline
 from sightfield.systems.numerics.harvest.turns.borders import (
     StandingCrop,
     border_distance,
     make_borders,
 )
-from sightfield.systems.numerics.harvest.turns.ground import Ground
+from sightfield.systems.numerics.harvest.turns.ground import Ground, make_footprint
 from sightfield.systems.numerics.harvest.turns.turn import combine_footprint, path_of_pieces
 
 COMBINE = Combine(header_width=6.5, header_depth=1.6, turning_radius=5.0, length=9.0, width=3.1)
@@ -27,12 +27,12 @@ FIELD = Field(
 )
 
 
-def swept(path):
+def swept(path, outline):
     """What header and body sweep: hulls of outlines 2 cm of way apart."""
     x, y, theta = path.pose_at(path.stations_every(0.02)).T[:, :, None]
     c, s = np.cos(theta), np.sin(theta)
     found = []
-    for part in combine_outline(COMBINE):
+    for part in outline:
         ahead, left = part.T
         corners = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=-1)
         pairs = np.concatenate([corners[:-1], corners[1:]], axis=1)
@@ -45,7 +45,16 @@ def random_pieces(rng):
     return bends, rng.uniform(-9, 9, 3)
 
 
-def test_a_way_is_admitted_where_its_sweep_is_on_the_ground_and_only_there():
+def moved_aside(outline, left):
+    """The outline of a combine whose header and body are not before one another."""
+    header, body = (part + [0.0, each] for part, each in zip(outline, left, strict=True))
+    return CombineOutline(header, body)
+
+
+@pytest.mark.parametrize("left", [(0.0, 0.0), (1.3, -0.4), (-0.8, 0.6)])
+def test_a_way_is_admitted_where_its_sweep_is_on_the_ground_and_only_there(left):
+    outline = moved_aside(combine_outline(COMBINE), left)
+    footprint = make_footprint(outline)
     ground = Ground(FIELD.ground)
     around, within = ground.region.buffer(0.016), ground.region.buffer(-0.001)
     shapely.prepare([around, within])
@@ -53,16 +62,16 @@ def test_a_way_is_admitted_where_its_sweep_is_on_the_ground_and_only_there():
     said = []
     while len(said) < 250:
         start = np.array([rng.uniform(0, 90), rng.uniform(0, 52), rng.uniform(-4, 4)])
-        if not ground.admits_pose(start.tolist(), FOOTPRINT):
+        if not ground.admits_pose(start.tolist(), footprint):
             continue
         bends, lengths = random_pieces(rng)
         path = path_of_pieces(start, _end(start, bends, lengths), bends, lengths)
-        said.append(ground.admits(path, FOOTPRINT))
-        assert said[-1] == ground.admits_pieces(start.tolist(), bends, lengths, FOOTPRINT)
+        said.append(ground.admits(path, footprint))
+        assert said[-1] == ground.admits_pieces(start.tolist(), bends, lengths, footprint)
         if said[-1]:
-            assert shapely.covers(around, swept(path)).all()
+            assert shapely.covers(around, swept(path, outline)).all()
         else:
-            assert not shapely.covers(within, swept(path)).all()
+            assert not shapely.covers(within, swept(path, outline)).all()
     assert 60 < sum(said) < 190
 
 
