@@ -47,7 +47,7 @@ def random_pieces(rng):
 
 def moved_aside(outline, left):
     """The outline of a combine whose header and body are not before one another."""
-    header, body = (part + [0.0, each] for part, each in zip(outline, left, strict=True))
+    header, body = (part + np.array([0.0, each]) for part, each in zip(outline, left, strict=True))
     return CombineOutline(header, body)
 
 
