@@ -65,15 +65,16 @@ def _faults_in(file: Path) -> Iterator[tuple[str, Fault]]:
     for fault in faults_of(source):
         told = (lines[fault.line - 1].strip(), source[fault.start : fault.end], fault.new)
         alike[told] += 1
-        if told not in same:
+        if told not in same and (*told, alike[told]) not in same:
             yield f"{file}: {told[0]}: {told[1]} -> {told[2]} ({alike[told]})", fault
 
 
 @cache
-def equivalents() -> dict[str, set[tuple[str, str, str]]]:
+def equivalents() -> dict[str, set[tuple[str | int, ...]]]:
     """Faults that change nothing that could be seen, by file: the line, what stands there, what
-    stands there instead. Why is said in `equivalents.toml`."""
-    found = dict[str, set[tuple[str, str, str]]]()
+    stands there instead, and which one of several alike if not all. Why is said in
+    `equivalents.toml`."""
+    found = dict[str, set[tuple[str | int, ...]]]()
     for each in tomllib.loads(_text(Path(__file__).with_name("equivalents.toml")))["equivalent"]:
         for file, *fault in each["faults"]:
             found.setdefault(file, set()).add(tuple(fault))

@@ -1,6 +1,7 @@
 """The page with sliders: pictures follow the gains, in a browser too."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -84,3 +85,15 @@ def test_the_whole_picture_is_on_a_page_of_any_shape(new_page):
         assert (seen <= size).all()
         assert np.ptp(seen[:, 0]) > 0.75 * size[0]
     assert watched.complaints == []
+
+
+def test_between_two_looks_at_sliders_that_rest_the_page_sleeps(monkeypatch):
+    page = StandoffPage(open_live_page(port=0), StandoffScenario(loop=StandoffLoop()))
+    naps, sleep = [], time.sleep
+    monkeypatch.setattr("time.sleep", lambda seconds: (naps.append(seconds), sleep(seconds)))
+    looks, update = [], page.update
+    monkeypatch.setattr(page, "update", lambda: looks.append(update()) or looks[-1])
+    page.serve(0.4)
+    assert not any(looks)
+    assert len(naps) == len(looks) > 1
+    assert min(naps) > 0.01

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sightfield.systems.numerics.standoff.loop import StandoffLoop, held_equilibria
+from sightfield.systems.numerics.standoff.loop import ErrorModel, StandoffLoop, held_equilibria
 
 
 def test_the_thesis_loop_rests_outside_its_calibration():
@@ -29,3 +29,14 @@ def test_held_equilibria_are_all_sign_changes_of_the_held_miss(reference):
     found = held_equilibria(loop)
     np.testing.assert_allclose([each.y for each in found], y[change], atol=2e-5)
     assert [each.stable for each in found] == [miss[k] > 0 for k in change]
+
+
+def test_an_equilibrium_at_the_end_of_the_range_is_one_and_not_two():
+    # f(y) = y^2 - 1.5 y + 0.3125 has its roots at 0.25 and 1.25, without rounding.
+    error = ErrorModel(a=1.0, b=-0.5, c=0.0, shortest=0.25, longest=2.0)
+    found = held_equilibria(StandoffLoop(controller="PI", error=error, reference=0.3125))
+    assert [(each.y, each.calibrated) for each in found] == [
+        (0.25, True),
+        (1.25, True),
+        (3.3125, False),
+    ]

@@ -226,3 +226,10 @@ def test_a_start_on_the_singularity_is_refused():
         respond(StandoffLoop(controller="PD"), SINGULARITY)
     with pytest.raises(InvalidInput, match="`start` must be a finite number; got nan"):
         respond(StandoffLoop(controller="P"), math.nan)
+
+
+def test_a_motion_is_followed_for_a_minute_unless_told_otherwise():
+    loop = StandoffLoop(kp=0.01, ki=0.0, controller="P")
+    start = wanted_equilibrium(loop).y + 0.1
+    assert respond(loop, start).times[-1] == 60.0
+    assert respond(loop, start, duration=7.0).times[-1] == 7.0

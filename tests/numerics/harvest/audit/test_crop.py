@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from sightfield.systems.numerics.harvest.audit.crop import crop_record
+from sightfield.systems.numerics.harvest.audit.crop import ANGLE, crop_record
 from sightfield.systems.numerics.harvest.audit.harvest_log import HarvestLog, Machine, Site
 from sightfield.systems.numerics.harvest.audit.motion import moving_outline, polygons_at
 
@@ -140,3 +140,15 @@ def test_a_wide_field_is_looked_at_in_coarser_squares(shapes):
     found = drive(shapes, [path], crop=crop)
     assert found.side == pytest.approx(math.sqrt(2e6 / 5e6))
     assert found.cut[-1] == pytest.approx(9 * 2000, rel=0.005)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_header_wider_than_the_field_leaves_nothing_at_its_edges(shapes, sign):
+    """Not even where a whole edge of the field lies along the last points of the raster."""
+    side = math.pi / 2 + sign * ANGLE
+    slant = 60 * np.array([math.cos(side), math.sin(side)])
+    crop = shapely.Polygon([(0, 0), (120, 0), (120 + slant[0], slant[1]), tuple(slant)])
+    front = np.array([[-1.0, -90.0], [1.0, -90.0], [1.0, 90.0], [-1.0, 90.0]])
+    path = straight(np.array([-40.0, 30.0]), np.array([160.0, 30.0]), 201, 0.0)
+    found = drive(shapes, [path], crop=crop, front=front)
+    assert found.cut[-1] == pytest.approx(found.area, rel=1e-12)

@@ -1,5 +1,7 @@
 """What machines need of one another: never more than the plan has done by then."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,14 @@ from sightfield.systems.numerics.harvest.carts.traffic import cart_boxes
 from sightfield.systems.numerics.harvest.execution.advance import Disturbance, advance, pace_of
 from sightfield.systems.numerics.harvest.execution.orders import (
     PASSED,
+    _more,
     entering_times,
     find_orders,
     hold_by,
 )
+from sightfield.systems.numerics.harvest.execution.planned_work import PIECE, grain_stations
 from sightfield.systems.numerics.harvest.execution.unloading import Loads, tie_hold
+from sightfield.systems.numerics.harvest.paths import MachinePath
 
 
 def entered_and_ends(work):
@@ -150,3 +155,18 @@ def test_a_combine_does_not_leave_a_cart_that_stands_before_its_last_grain_has_f
     beside = ties.begins[t, 0] + ties.waits[t, 1] + ties.slacks[t, 0]
     assert hold == pytest.approx(min(beside, ties.ends[t, 0]))
     assert hold < ties.ends[t, 0]
+
+
+@pytest.mark.parametrize("planned", [1e-3, 0.5, 2.0, 4000.0])
+def test_how_much_more_has_grown_is_told_of_a_handful_as_of_a_tank(planned):
+    path = MachinePath.of([[0.0, 0.0, 0.0], [4 * PIECE, 0.0, 0.0]])
+    share = np.linspace(0.0, 1.0, len(grain_stations(path)))
+    work = SimpleNamespace(
+        plans=[SimpleNamespace(path=path)],
+        grown=object(),
+        planned_grain=[planned * share],
+        grain=[1.7 * planned * share],
+    )
+    assert _more(work, 0, 3.1 * PIECE) == pytest.approx(1.7)
+    # Before anything was to be cut nothing tells how much more there is.
+    assert _more(work, 0, 0.0) == 1.0
