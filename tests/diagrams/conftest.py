@@ -3,7 +3,7 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 from drawn_pictures import Drawn
 from matplotlib.figure import Figure
 from PIL import Image
+from pydrake.systems.framework import Diagram
 from recorded_results import to_plain
 
 # What hangs on the machine, not on what was asked.
@@ -23,6 +24,22 @@ SEVERAL = 1
 
 # Arrays up to this size are kept whole by `as_recorded`.
 FEW = 24
+
+
+def inputs_that_nothing_leads_to(diagram: Diagram) -> Iterator[str]:
+    """Paths of the inputs that nothing leads to, of systems at any depth."""
+    led = {(system.get_name(), int(port)) for system, port in diagram.connection_map()}
+    for number in range(diagram.num_input_ports()):
+        index = diagram.get_input_port(number).get_index()
+        led |= {(each.get_name(), int(port)) for each, port in diagram.GetInputPortLocators(index)}
+    for system in diagram.GetSystems():
+        for number in range(system.num_input_ports()):
+            if (system.get_name(), number) not in led:
+                yield f"{system.get_name()}.{system.get_input_port(number).get_name()}"
+        if isinstance(system, Diagram):
+            yield from (
+                f"{system.get_name()}/{each}" for each in inputs_that_nothing_leads_to(system)
+            )
 
 
 @pytest.fixture
@@ -59,6 +76,12 @@ def as_it_was(
                 as_recorded(part, name, relative=relative)
 
     return check
+
+
+@pytest.fixture(scope="session")
+def unconnected() -> Callable[[Diagram], list[str]]:
+    """Paths of a diagram's inputs that are not connected: one that is forgotten has a default."""
+    return lambda diagram: list(inputs_that_nothing_leads_to(diagram))
 
 
 @pytest.fixture

@@ -201,6 +201,10 @@ class Reach:
             found += taken
         return found
 
+    def seconds_in(self, folder: str) -> float:
+        """How long all tests in a folder take together, as they were recorded [s]."""
+        return self._seconds(each for each in self._tests if each.startswith(f"{folder}/"))
+
     def compiled_with(self, file: Path, line: int) -> set[Path]:
         """Files with compiled functions that hold what stands in a line, whatever calls it."""
         around = _around(_tree(ROOT / file), line, ast.FunctionDef)

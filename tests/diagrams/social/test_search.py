@@ -130,3 +130,11 @@ def test_gaps_are_from_rim_to_wall_and_from_rim_to_rim(found):
     assert between.shape == (len(found.times), 10)
     assert walls[0, 0] == pytest.approx(0.25 - 0.1)
     assert between[0, 0] == pytest.approx(np.hypot(0.85, 0.5) - 0.2)
+
+
+@pytest.mark.parametrize(
+    ("name", "own"), [("thesis_maze", ["network_evolution.interest"]), ("choosy_crowd", [])]
+)
+def test_every_input_is_connected(social_game, unconnected, name, own):
+    """Agents of the thesis answer whoever asks: nobody tells their interest."""
+    assert unconnected(MakeSocialSearch(social_game(name=name))) == own

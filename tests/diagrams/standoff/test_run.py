@@ -181,3 +181,8 @@ def test_the_ports_come_in_the_order_in_which_data_flows():
 def test_bad_scenarios_are_refused(parameters, message):
     with pytest.raises(InvalidInput, match=message):
         StandoffScenario(**parameters)
+
+
+def test_every_input_is_connected(unconnected):
+    late = StandoffScenario(noise=0.01, evader_sway=0.1, delay_samples=2)
+    assert unconnected(MakeStandoff(late)) == []

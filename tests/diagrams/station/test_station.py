@@ -275,3 +275,12 @@ def test_a_laboratory_with_other_bodies_than_robots_is_refused(load_laboratory):
     devices = Devices(poses=NewestPoses(["a"]), radio=SilentLink(), camera=NoCamera())
     with pytest.raises(InvalidInput, match=r"`starts` must have shape \(1, 3\); got \(6, 3\)"):
         MakeStation(scenario, devices, game=game)
+
+
+@pytest.mark.parametrize("operated", [False, True])
+@pytest.mark.parametrize("hardware", [False, True])
+def test_every_input_is_connected(load_laboratory, unconnected, hardware, operated):
+    scenario, game = load_laboratory()
+    behind = silent_devices() if hardware else False
+    operator = Operator() if operated else None
+    assert unconnected(MakeStation(scenario, behind, game=game, operator=operator)) == []

@@ -47,8 +47,9 @@ def test_built_in_games_repeat_exactly_and_stay_clear_of_obstacles(name):
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
-def test_every_diagram_runs_for_a_second(name):
+def test_every_diagram_runs_for_a_second(name, unconnected):
     diagram = MakeTracking(load(name))
+    assert unconnected(diagram) == []
     simulator = Simulator(diagram)
     simulator.AdvanceTo(1.0)
     ports = [diagram.get_output_port(k).get_name() for k in range(diagram.num_output_ports())]

@@ -1,13 +1,17 @@
 """Nodes and edges of a roadmap, against outlines of Shapely."""
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
 from sightfield.systems.numerics.geometry.world import make_world
-from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion
+from sightfield.systems.numerics.harvest.carts.cart_motion import CartMotion, trailer_angles
 from sightfield.systems.numerics.harvest.carts.cut_times import cut_times, free_cells, opened
 from sightfield.systems.numerics.harvest.carts.roadmap import (
     AFTER_CUT,
+    BENT,
+    BENT_AT_END,
     Edges,
     Roadmap,
     earliest_arrivals,
@@ -29,15 +33,35 @@ def lonely(path):
     return TimedPath(path, np.arange(len(at)) * 1.0, at, np.zeros(len(at)))
 
 
-def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
+def roadmap_of(cart):
+    """On the field, whose right half is cut at 100 s and whose left at 700 s."""
     cut = cut_times(FIELD, Combine(), [])
-    # The right half is cut at 100 s, the left at 700 s, the margin bears no crop.
+    # The margin bears no crop.
     columns = np.arange(cut.times.shape[1])
     halves = np.where(columns * 0.5 + cut.corner[0] > 75.0, 100.0, 700.0)
     cut = cut._replace(times=np.where(cut.times == np.inf, halves, cut.times))
     ground = opened(free_cells(FIELD, cut), cut)
     swaths = [np.array([[x, 20.0], [x, 105.0]]) for x in np.arange(15.0, 140.0, 9.0)]
-    roadmap = make_roadmap(ground, CART, field_lines(FIELD, Combine(), swaths))
+    return make_roadmap(ground, cart, field_lines(FIELD, Combine(), swaths))
+
+
+def test_a_long_trailer_comes_into_line_on_each_edge():
+    cart = replace(CART, length=9.0)
+    edges = roadmap_of(cart).edges
+    assert len(edges.source) > 2000
+    ends = []
+    for poses, lengths in zip(edges.poses[::5], edges.lengths[::5], strict=True):
+        kept = np.concatenate([[True], lengths > 1e-9])
+        path = MachinePath.of(poses[kept])
+        bent = np.abs(trailer_angles(path, cart, 0.0, path.stations_every(0.5)))
+        assert bent.max() <= BENT
+        ends.append(bent[-1])
+    # Some hardly do.
+    assert 0.9 * BENT_AT_END < max(ends) <= BENT_AT_END == 0.35
+
+
+def test_edges_keep_off_the_pond_and_on_the_ground(outlines_at, integrated):
+    roadmap = roadmap_of(CART)
     edges = roadmap.edges
     assert 200 < len(roadmap.nodes) < 4000
     assert len(edges.source) > 3 * len(roadmap.nodes)

@@ -37,6 +37,7 @@ from sightfield.systems.numerics.harvest.coverage.swaths import (
 from sightfield.systems.numerics.harvest.field.field import Field
 from sightfield.systems.numerics.harvest.machines import Combine
 from sightfield.systems.numerics.harvest.paths import MachinePath, TimedPath
+from sightfield.systems.numerics.harvest.turns.borders import CROP_CELL
 
 COMBINE = Combine(header_width=7.0, turning_radius=4.0, length=7.5, width=3.2)
 
@@ -333,3 +334,17 @@ def test_a_loop_without_corners_goes_all_the_way_round():
     # Half a header inside the edge, to the 2 cm to which it is simplified.
     places = shapely.points(shapely.get_coordinates(shapely.segmentize(loop.line, 0.5)))
     assert shapely.distance(places, disc.exterior) == pytest.approx(3.0, abs=0.03)
+
+
+@pytest.mark.parametrize("end", np.linspace(0.6, 2.6, 21))
+def test_what_lies_under_the_very_end_of_a_way_is_waited_for(end):
+    field = Field.rectangle(60.0, 7.0)
+    cutter = _straight(-5.0, 3.5, 65.0, 3.5)
+    crosser = _straight(40.0, -20.0, 40.0, end, cutting=False)
+    needed = find_precedence(field, (cutter, crosser), COMBINE).needs[1][0][-1]
+    # How far the body, which begins behind the header, stands in the crop.
+    depth = end - COMBINE.header_depth / 2
+    if depth > CROP_CELL:
+        assert needed == pytest.approx(45.0 + COMBINE.width / 2, abs=0.8)
+    elif depth < 0.0:
+        assert needed == 0.0

@@ -74,6 +74,26 @@ def test_two_combines_begin_a_way_apart():
     assert stagger == pytest.approx((-100.0, -each.travel_time))
 
 
+@pytest.mark.parametrize("scale", [1e-7, 1e-4, 1e4, 1e7])
+@pytest.mark.parametrize("aim", Aim)
+def test_small_tanks_beside_one_another_are_served_as_large_ones_far_apart(scale, aim):
+    def fleet_of(size):
+        ways = size * np.array([[0.0, 3.0, 5.0], [4.0, 0.0, 2.0], [6.0, 1.0, 0.0]])
+        capacities = tuple(size * each for each in (90.0, 70.0, 100.0))
+        return Fleet(capacities, (1.0, 0.8, 1.1), (12.0, 10.0, 14.0), tuple(map(tuple, ways)))
+
+    usual, small = (
+        plan_round(each, sequential_round(each), aim=aim) for each in map(fleet_of, (1.0, scale))
+    )
+    assert small.period == pytest.approx(scale * usual.period, rel=1e-9)
+    assert small.waits == pytest.approx(
+        [scale * each for each in usual.waits], rel=1e-7, abs=1e-7 * scale
+    )
+    assert small.loads_at_start == pytest.approx(
+        [scale * each for each in usual.loads_at_start], rel=1e-7
+    )
+
+
 @settings(max_examples=25)
 @given(fleet=fleets(), share=st.floats(0.1, 1.0))
 def test_unequal_combines_never_overflow(fleet, share, check_timetable):
