@@ -173,6 +173,7 @@ class Reach:
 
         What tests of a file share, as a run of a game, is reached by the first of them alone: so
         all tests of a file are taken, if they are not much longer than those that reach the line.
+        What runs when a module is imported, and gives no name, is reached by whoever comes first.
 
         Args:
             file: From the root.
@@ -180,6 +181,9 @@ class Reach:
             longest: What they may take together [s].
         """
         parts = [each for each in file.parts if each != "systems" or "numerics" not in file.parts]
+        tree = _tree(ROOT / file)
+        nameless = _around(tree, line, ast.FunctionDef) is None and not _given(tree, line)
+        short = longest if nameless else _SHORT
         reaching = defaultdict(list)
         for test in sorted(self.tests(file, line)):
             # Of a recording that was broken off, lines are known and not how a test ended.
@@ -189,7 +193,7 @@ class Reach:
         for name, some in reaching.items():
             seconds, whole = self._seconds(some), self._seconds(self._by_file[name])
             every = all(self._tests[test].get("passed") for test in self._by_file[name])
-            taken = [name] if every and whole < max(3 * seconds, _SHORT) else some
+            taken = [name] if every and whole < max(3 * seconds, short) else some
             both = zip(parts, Path(name).parts[1:], strict=False)
             together = list(takewhile(lambda pair: pair[0] == pair[1], both))
             ranked.append((-len(together), seconds if taken is some else whole, taken))
