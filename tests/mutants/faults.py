@@ -99,13 +99,18 @@ class _Text:
 
 
 def _acting(node: ast.AST) -> Iterator[ast.AST]:
-    """The nodes that do something when they run: no annotations, decorators or formatted texts."""
+    """The nodes that do something when they run: no annotations, decorators or formatted texts.
+
+    Nor whether a `zip` is strict, which asserts what is true wherever it holds.
+    """
     yield node
     for name, value in ast.iter_fields(node):
         if name in {"annotation", "returns", "type_params", "decorator_list"}:
             continue
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr):
+                continue
+            if isinstance(child, ast.keyword) and child.arg == "strict":
                 continue
             if not _is_shape(node, child):
                 yield from _acting(child)
