@@ -23,7 +23,8 @@ from . import scenarios
 
 Schema = TypeVar("Schema")
 
-# Dataclasses within another take it over.
+# Configuration of Pydantic with which unknown keys of a scenario are refused; dataclasses within
+# another inherit it.
 NO_OTHER_KEYS = ConfigDict(extra="forbid")
 
 

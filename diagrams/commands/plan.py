@@ -31,7 +31,10 @@ from ..planning.verdict import PlanningVerdict, ask_methods, contradictions, sta
 from .shared import JsonOption, given_options, tell
 
 plan = typer.Typer(
-    help="Drive the grain cart from one configuration to another in the least time.",
+    help=(
+        "Drive the grain cart from one configuration to another in the least time.\n\n"
+        "Exit code 0: a planner arrives; 1: none does, with the reasons; 2: bad input."
+    ),
     rich_markup_mode=None,
 )
 State = tuple[float, float, float, float]
@@ -101,7 +104,7 @@ def compare_planners(
 ) -> None:
     """Ask one planner or all of them, and drive what they answer through the plant.
 
-    Exit code 0: a planner arrives; 1: none does, with the reasons; 2: bad input.
+    Exit codes: see `plan`.
     """
     if context.invoked_subcommand is not None:
         _refuse_given(context)

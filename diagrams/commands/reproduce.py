@@ -32,7 +32,7 @@ def reproduce(
         ),
     ] = None,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Few runs and coarse grids: minutes instead of hours.")
+        bool, typer.Option("--quick", help="Few runs and coarse grids: minutes instead of an hour.")
     ] = False,
     runs: Annotated[
         int | None,

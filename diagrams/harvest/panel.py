@@ -140,12 +140,13 @@ class Panel:
     def __init__(
         self, stage: Stage, layout: Layout, combines: int, carts: int, speed_up: float | None
     ) -> None:
-        """Draw what does not change; `speed_up` is told as the replay's pace, None for a live page.
+        """Draw what does not change.
 
         Args:
             stage: Where to draw.
             layout: Sizes.
             combines, carts: How many.
+            speed_up: Factor by which a replay is faster than the work; None for a live page.
         """
         self._stage, self._combines = stage, combines
         span = self._span = layout.span

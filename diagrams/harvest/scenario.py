@@ -55,8 +55,9 @@ class FieldSource:
         InvalidInput: A value is out of its range.
     """
 
-    # Sides of a rectangle [m].
+    # Side of a rectangle from west to east [m].
     width: Metres = 0.0
+    # From south to north [m].
     height: Metres = 0.0
     # Instead: a file, WKT, GeoJSON, Shapefile or ISO 11783 task data; relative to the scenario's
     # folder.

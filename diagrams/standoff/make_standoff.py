@@ -47,14 +47,17 @@ class StandoffScenario(Checked):
     sampled: SampledPid = field(default_factory=SampledPid)
     # Distance at the start [m].
     start: Sized = 0.1
-    # Mean speed of the evader, and how much and how fast it sways about that [m/s], [rad/s].
+    # Mean speed of the evader [m/s].
     evader_speed: Sized = 0.0
+    # Amplitude of its sway about that [m/s].
     evader_sway: Sized = 0.0
+    # Frequency of the sway [rad/s].
     sway_frequency: NonNegativeSized = 1.0
     # Whether the pursuer knows the evader's velocity.
     feed_forward: bool = True
-    # Standard deviation of the estimate's noise, drawn anew at every sample [m], and its seed.
+    # Standard deviation of the estimate's noise, drawn anew at every sample [m].
     noise: NonNegativeSized = 0.0
+    # Of the noise.
     seed: Annotated[int, require_non_negative] = 0
     # How many samples late the estimate comes.
     delay_samples: Annotated[int, require_non_negative] = 0

@@ -129,7 +129,7 @@ def _fixed_world(source: str) -> World:
 
 
 def guaranteed_at_start(game: TrackingGame) -> float:
-    """For how long the team can keep all evaders from its starts [s]; infinite for ever.
+    """For how long the team can keep all evaders from its starts [s]; infinite if for ever.
 
     Args:
         game: Whose starts.

@@ -59,13 +59,6 @@ class MeshcatVelocity(LeafSystem):
     """
 
     def __init__(self, meshcat: Meshcat, speed: float, *, period: float = 0.05) -> None:
-        """Put the sliders on the page.
-
-        Args:
-            meshcat: The page.
-            speed: Greatest speed s [m/s].
-            period: Time between readings [s].
-        """
         super().__init__()
         require_positive("speed", speed)
         require_positive("period", period)

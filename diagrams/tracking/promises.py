@@ -23,7 +23,7 @@ class Promises(NamedTuple):
         breach: The first promise that was not kept, in words; empty where all were.
         claimed: The certificate that stood and was tried hardest: of those that stood when sight
             was lost the one that reached farthest, of those of a game without a loss the longest;
-            infinite for ever, 0 where none stood [s].
+            infinite if for ever, 0 where none stood [s].
         lasted: For how long sight lasted from then on, to the loss or the end of the game [s].
         margin: `lasted` less `claimed` where sight was lost; NaN where it was not, and where no
             certificate stood [s].

@@ -45,7 +45,7 @@ class TrackingRun:
         times: Samples, shape (T,) [s]; after a loss two more, or one when it is at a sample.
         log: Samples of each port in LOGGED by name: positions and velocities shape (T, N, 2)
             [m], [m/s], visibility (T, Np, Ne) bool, assignment (T, Np) int; and of `certificate`
-            (T, 1) [s], infinite for ever, where the solved visibility game is looked up; of
+            (T, 1) [s], infinite if for ever, where the solved visibility game is looked up; of
             certified pursuers also `guaranteed_time` (T, Np) [s] and `withdrawn` (T, Np) bool.
         tracking_time: Until some evader is seen by nobody; the end of the run if never [s].
         lost_evader: Its number, or None.

@@ -27,7 +27,7 @@ from ..world_source import WorldSource
 # they may be matched with evaders too.
 LOOKAHEAD, GUARANTEE, CERTIFIED = "lookahead", "guarantee", "certified"
 
-# By this much of its radius a robot keeps off others than it is round: wheels slip on a floor.
+# Robots keep off one another as if their radii were larger by this share: wheels slip on a floor.
 CLEARANCE = 0.05
 
 # No floor has more in a team.

@@ -57,9 +57,9 @@ class PursuerVision(Checked):
 
     # Weight w of (2.7): 1 for the pursuit field alone, 0 for the pull towards the evader alone.
     weight: Finite = 0.5
-    # Distance from the evader to keep [m], and the way over which the limit on closing in grows
-    # from there to the top speed [m].
+    # Distance from the evader to keep [m].
     stand_off: NonNegative = 0.45
+    # The way over which the limit on closing in grows from there to the top speed [m].
     fade: Positive = 0.2
     # What pursuers know of evaders: "pictures" or "truth".
     senses: Annotated[str, one_of(SENSES)] = "pictures"

@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import indent
 
 from docstrings import as_restructured_text
-from names import full_annotation, qualified
+from names import full_annotation, qualified, with_inherited
 from sources import Module, Thing, read_modules
 from stories import GROUPS, stories, story_doc
 
@@ -91,7 +91,8 @@ def _page(package: str, modules: list[Module]) -> Iterator[str]:
         yield f".. py:module:: {module.name}\n"
         yield as_restructured_text(module.doc) + "\n"
         for constant in module.constants:
-            yield f".. py:data:: {constant.name}\n"
+            yield f".. py:data:: {constant.name}"
+            yield f"   :value: {constant.value}\n" if constant.value else ""
             yield indent(as_restructured_text(constant.note), "   ") + "\n"
         for thing in module.things:
             yield from _entry(thing, module)
@@ -99,6 +100,7 @@ def _page(package: str, modules: list[Module]) -> Iterator[str]:
 
 def _entry(thing: Thing, module: Module) -> Iterator[str]:
     kind = {"property": "property", "method": "method", "class": "class"}.get(thing.kind)
+    thing = with_inherited(thing, module)
     signature = thing.signature
     if thing.kind in ("method", "function"):
         signature = qualified(signature, module)

@@ -2,9 +2,10 @@
 
 import ast
 import re
+from dataclasses import replace
 from functools import cache
 
-from sources import Module, Thing, read_modules
+from sources import Module, Parameter, Thing, read_modules, signature_of
 
 
 @cache
@@ -20,6 +21,23 @@ def places() -> dict[str, Thing | None]:
             for method in thing.methods:
                 found[f"{module.name}.{thing.name}.{method.name}"] = method
     return found
+
+
+def with_inherited(thing: Thing, module: Module) -> Thing:
+    """A dataclass with the fields of its bases before its own, as it is made."""
+    fields: dict[str, Parameter] = {}
+    for base in reversed(thing.bases):
+        place = name_in(module.name, base.partition("[")[0])
+        above = places().get(place) if place else None
+        if place and above and above.kind == "class":
+            there = modules()[place.rpartition(".")[0]]
+            fields |= {each.name: each for each in with_inherited(above, there).fields}
+    if not fields:
+        return thing
+    # A field that is declared anew keeps its place.
+    fields |= {each.name: each for each in thing.fields}
+    every = tuple(fields.values())
+    return replace(thing, fields=every, signature=signature_of(every, thing.by_name))
 
 
 @cache

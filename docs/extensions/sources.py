@@ -4,10 +4,11 @@ Nothing is imported: compiled functions and Drake's templates look the same here
 """
 
 import ast
+import copy
 import inspect
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -28,17 +29,19 @@ Routine = ast.FunctionDef | ast.AsyncFunctionDef
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of a function, or a field of a dataclass.
+    """A parameter of a function, a field of a dataclass, or a constant.
 
     Attributes:
         name: As in the source.
         annotation: Its type as in the source; empty if it has none.
-        note: The comment above or beside a field; empty for parameters.
+        note: The comment above or beside a field or a constant; empty for parameters.
+        value: Of a constant, if it is short, or what a field is without being told; else empty.
     """
 
     name: str
     annotation: str
     note: str = ""
+    value: str = ""
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,9 @@ class Thing:
     Attributes:
         kind: "class", "function", "method" or "property".
         name: Its own name.
-        signature: With parentheses; empty for properties.
+        signature: With parentheses; empty for properties. Of a class: names and defaults.
+        bases: Of a class whose fields are its parameters, as in the source.
+        by_name: Its fields can be given by name only.
         doc: The docstring, cleaned, and behind that of a class its constructor's; empty: none.
         parameters: Of the function, or of a class's constructor; not `self`.
         returns: The annotation of what it returns; empty if it has none.
@@ -70,6 +75,8 @@ class Thing:
     refuses: bool
     is_system: bool
     line: int
+    bases: tuple[str, ...] = ()
+    by_name: bool = False
 
 
 @dataclass(frozen=True)
@@ -141,10 +148,10 @@ def _class(node: ast.ClassDef, name: str, lines: list[str]) -> Thing:
     builders = [each for each in routines if each.name in ("__init__", "_construct")]
     checks = [each for each in routines if each.name == "__post_init__"]
     bases = [ast.unparse(base) for base in node.bases]
-    is_data = any("dataclass" in ast.unparse(each) for each in node.decorator_list)
+    is_data = any("dataclass" in each for each in _decorators(node))
     is_data |= bool({"NamedTuple", "BaseModel"} & set(bases))
     fields = tuple(_fields(node, lines)) if is_data else ()
-    shown = _parameters(builders[0]) if builders else fields
+    by_name = any("kw_only=True" in each for each in _decorators(node))
     methods = [
         _function(each, "property" if _is_property(each) else "method")
         for each in routines
@@ -154,7 +161,7 @@ def _class(node: ast.ClassDef, name: str, lines: list[str]) -> Thing:
     return Thing(
         kind="class",
         name=name,
-        signature=f"({', '.join(each.name for each in shown)})",
+        signature=_names_and_defaults(builders[0]) if builders else signature_of(fields, by_name),
         doc="\n\n".join(filter(None, (ast.get_docstring(each) for each in (node, *builders[:1])))),
         parameters=_parameters(builders[0]) if builders else (),
         returns="",
@@ -163,7 +170,26 @@ def _class(node: ast.ClassDef, name: str, lines: list[str]) -> Thing:
         refuses=any(_refuses(each) for each in builders + checks),
         is_system=any(re.match(r"(?:LeafSystem|VectorSystem)", base) for base in bases),
         line=node.lineno,
+        bases=tuple(bases) if is_data and not builders else (),
+        by_name=by_name,
     )
+
+
+def signature_of(fields: Iterable[Parameter], by_name: bool) -> str:
+    """The signature of a dataclass, from its fields and whether they are given by name only."""
+    told = [each.name + (f"={each.value}" if each.value else "") for each in fields]
+    return f"({', '.join(['*'] * (by_name and bool(told)) + told)})"
+
+
+def _names_and_defaults(builder: Routine) -> str:
+    """The signature of a constructor, without annotations."""
+    found = copy.deepcopy(builder.args)
+    for each in (*found.posonlyargs, *found.args, found.vararg, *found.kwonlyargs, found.kwarg):
+        if each is not None:
+            each.annotation = None
+    # Drake hands a converter to the templates.
+    names = re.sub(r"^(?:self|cls)(?:, |$)", "", ast.unparse(found))
+    return f"({re.sub(r'^converter(?:=None)?(?:, |$)', '', names)})"
 
 
 def _function(node: Routine, kind: str) -> Thing:
@@ -182,7 +208,7 @@ def _function(node: Routine, kind: str) -> Thing:
     )
 
 
-def _decorators(node: Routine) -> list[str]:
+def _decorators(node: Routine | ast.ClassDef) -> list[str]:
     return [ast.unparse(each) for each in node.decorator_list]
 
 
@@ -223,7 +249,39 @@ def _fields(node: ast.ClassDef, lines: list[str]) -> Iterator[Parameter]:
             note = _note(each, lines) or (note if goes_on else "")
             end, kind = each.end_lineno or each.lineno, annotation
             if not each.target.id.startswith("_") and "ClassVar" not in annotation:
-                yield Parameter(each.target.id, annotation, note)
+                yield Parameter(each.target.id, annotation, note, _default(each.value))
+
+
+def _default(value: ast.expr | None) -> str:
+    """What a field is without being told; `X()` where a factory X makes it."""
+    if isinstance(value, ast.Call) and ast.unparse(value.func) == "field":
+        made = {each.arg: each.value for each in value.keywords}
+        factory = made.get("default_factory")
+        if isinstance(factory, ast.Lambda):
+            return _default(factory.body)
+        return f"{ast.unparse(factory)}()" if factory else _default(made.get("default"))
+    text = ast.unparse(value) if value else ""
+    worked_out = value and any(isinstance(each, ast.comprehension) for each in ast.walk(value))
+    return "..." if worked_out or len(text) > _SHORT else text
+
+
+# Longer values than this are not shown.
+_SHORT = 72
+
+
+def _value(node: ast.expr | None) -> str:
+    """What a constant is, if that is short and plain; of a dictionary its keys."""
+    if node is None:
+        return ""
+    if isinstance(node, ast.Dict) and all(isinstance(key, ast.Constant) for key in node.keys):
+        text = ", ".join(ast.unparse(key) for key in node.keys if key)
+        return text if len(text) <= _SHORT else ""
+    try:
+        ast.literal_eval(node)
+    except ValueError:
+        return ""
+    text = ast.unparse(node)
+    return text if len(text) <= _SHORT else ""
 
 
 def _without_rules(node: ast.expr) -> str:
@@ -243,7 +301,10 @@ def _note(node: ast.stmt, lines: list[str]) -> str:
             break
         above.insert(0, line.strip()[2:])
     beside = lines[(node.end_lineno or node.lineno) - 1].partition("  # ")[2]
-    return re.sub(r"(?:type|pyright): .*|noqa.*", "", " ".join([*above, beside])).strip()
+    beside = re.sub(r"(?:type|pyright): .*|noqa.*", "", beside).strip()
+    together = " ".join(above)
+    # What stands above several goes on beside each.
+    return f"{together.removesuffix('.')}: {beside}" if above and beside else together or beside
 
 
 def _imported(tree: ast.Module, package: str) -> dict[str, str]:
@@ -272,4 +333,4 @@ def _constants(body: list[ast.stmt], lines: list[str]) -> Iterator[Parameter]:
             continue
         for each in targets:
             if not each.id.startswith("_"):
-                yield Parameter(each.id, "", _note(node, lines))
+                yield Parameter(each.id, "", _note(node, lines), _value(node.value))

@@ -269,6 +269,7 @@ class AugerTransfer(LeafSystem):
     A cart is alongside while the middle of its box is within a tolerance of the point at `reach` to
     the left of the combine, and its trailer points in the combine's direction; see
     `numerics.harvest.machines`. Grain flows to a cart only from the combine that `wanted` names.
+    `mode` is a combine's, a number in `machines.MODES`: it says whether the combine stands.
 
     .. pydrake_system::
 

@@ -70,6 +70,7 @@ class ForwardCameras(LeafSystem):
 
     Raises:
         InvalidInput: A number is out of its range.
+        SightfieldError: The system lacks the graphics library.
     """
 
     def __init__(

@@ -55,7 +55,8 @@ class NetworkEvolution(LeafSystem):
 
     `interest` may be left open: then new agents are asked in turn, else those of greatest interest
     first. `connected` is 1 for friends, `waiting` for agents whose answer is awaited; `counters` is
-    0 for agents whose answer is not awaited. `tallies` has two numbers for each agent: iterations
+    the number of iterations in which an answer was awaited and did not come, 0 for agents whose
+    answer is not awaited. `tallies` has two numbers for each agent: iterations
     in which it was asked and accepted, and in which it was asked and did not. `iteration` is the
     number of iterations done.
 

@@ -188,9 +188,10 @@ class InfraredReflex(LeafSystem):
     told_reason   N     -           -      all but command
     ============  ====  ==========  =====  ===============
 
-    `ranges` are of the four sensors of each robot, from left to right; they count where `valid` is
-    above 0.5. `told_reason` is the `reason` of the supervisor, a number of Reason, or OBSTACLE
-    where that is none.
+    `ranges` are of the four sensors of each robot, from left to right; the two in the middle look
+    ahead and decide, where `valid` is above 0.5. A robot that is held drives on when they measure
+    0.02 m more than the distance. `told_reason` is the `reason` of the supervisor, a number of
+    Reason, or OBSTACLE where that is none.
 
     Source: the sensors of Zhang 2014, 2.3.4; the reflex is ours.
 

@@ -112,7 +112,8 @@ class SampledReceiver(LeafSystem):
     stamp          N        s     -      -
     =============  =======  ====  =====  ===========
 
-    `valid` is 1 for a member whose sample is younger than the limit, else 0.
+    `arrival_stamp` is when each received sample was taken, minus infinity if none has come; `stamp`
+    is the same, held. `valid` is 1 for a member whose sample is not older than the limit, else 0.
 
     Source: ours.
 

@@ -176,9 +176,11 @@ class GuaranteeAssignment(LeafSystem):
     """Matches pursuers with evaders so that the least of the guaranteed times is greatest.
 
     If each pursuer plays the one-against-one game with its own evader, all evaders stay in sight
-    for that time, whatever they do. The held matching is discrete state, sampled with the period.
-    It is changed when another one guarantees a time longer by a tenth and a step of the game. For
-    an evader that its own pursuer does not see, the time counts for which a teammate can mind it.
+    for that time, whatever they do. `hold` says when the matching changes: at every step ("none");
+    when another one keeps more evaders in sight ("until_lost"); or when one guarantees a time
+    longer by a tenth and a step of the game ("certificate"). Except with "none" it is discrete
+    state, sampled with the period. For an evader that its own pursuer does not see, the time counts
+    for which a teammate can mind it.
     Pursuers left over help, first with evaders that nobody watches; one that none of them sees goes
     to the pursuer that could guard it soonest.
 

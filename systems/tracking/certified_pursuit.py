@@ -74,11 +74,11 @@ class CertifiedPursuit(LeafSystem):
     committed         Np                   -              -      all but sight
     ================  ===================  =============  =====  =============
 
-    `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite for ever,
-    and `certificate` how long the team keeps all evaders. A commitment is a place [m], the number
-    of periods left until the pursuer is there, the evader or -1, the time that is guaranteed from
-    then on [s], and where the commitment was made [m]. It is discrete state, stored as of the end
-    of the present period. `committed` is 1 for each pursuer that has one.
+    `guaranteed_time` is how long each pursuer will keep its evader from now on, infinite if for
+    ever, and `certificate` how long the team keeps all evaders. A commitment is a place [m], the
+    number of periods left until the pursuer is there, the evader or -1, the time that is guaranteed
+    from then on [s], and where the commitment was made [m]. It is discrete state, stored as of the
+    end of the present period. `committed` is 1 for each pursuer that has one.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 

@@ -133,10 +133,10 @@ class TeamGuaranteePursuit(LeafSystem):
     velocity          2 Np                 m/s   world  all
     ================  ===================  ====  =====  ===========
 
-    `certificate` is for how long all evaders can be kept, by the middle bounds, infinite for ever.
-    `responsible` is the pursuer responsible for each evader, or -1; an evader that nobody sees any
-    more keeps its pursuer. `assignment` is, of the evaders that each pursuer watches, the one that
-    it can keep for the shortest time, or -1. `responsible` is held as discrete state.
+    `certificate` is for how long all evaders can be kept, by the middle bounds, infinite if for
+    ever. `responsible` is the pursuer responsible for each evader, or -1; an evader that nobody
+    sees any more keeps its pursuer. `assignment` is, of the evaders that each pursuer watches, the
+    one that it can keep for the shortest time, or -1. `responsible` is held as discrete state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 

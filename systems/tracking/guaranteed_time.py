@@ -38,8 +38,9 @@ class GuaranteedTime(LeafSystem):
     certificate       1     s     -      all
     ================  ====  ====  =====  ===========
 
-    Both are infinite for ever. The certificate is the shortest time over all evaders, 0 if one has
-    no pursuer. The times looked up last, and when that was, are discrete state.
+    Both are infinite where evaders can be kept for ever. The certificate is the shortest time over
+    all evaders, 0 if one has no pursuer. The times looked up last, and when that was, are discrete
+    state.
 
     Source: ours; see `numerics.tracking.visibility_game`.
 

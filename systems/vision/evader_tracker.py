@@ -94,8 +94,9 @@ class EvaderTracker(LeafSystem):
     are shown. Pictures are used once, for the time at which they were taken, however late they
     come. Covariances are row by row. `evader_position` is the present one, always where an evader
     can be, or outside the world while `evader_known` is 0: nothing sees it there.
-    `evader_velocity` is the last that was seen; zero before. `evader_set` is 1 for the cells of
-    `grid` where each evader may be: as many as the world has, whatever the time.
+    `evader_velocity` is the last that was seen; zero before. `evader_set` has Nc
+    numbers for each evader, 1 for the cells where it may be, else 0; Nc, the number of cells of the
+    attribute `grid` (a `PlaceGrid`), never changes.
 
     Source: ours; Zhang 2014, 2.2.8.3, collects the estimates at one work station.
 

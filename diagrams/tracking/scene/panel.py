@@ -253,7 +253,7 @@ class Panel:
             visibility: True where pursuer i sees evader j, shape (Np, Ne).
             assignment: The evader that each pursuer chases, or -1, shape (Np,).
             gap: Least gap between two bodies [m]; shown as zero where they overlap.
-            certificate: For how long all evaders can be kept [s]; infinite for ever.
+            certificate: For how long all evaders can be kept [s]; infinite if for ever.
         """
         in_sight = visibility.any(axis=0)
         self._clock.show(time)

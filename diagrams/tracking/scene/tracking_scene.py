@@ -180,7 +180,7 @@ class TrackingScene(LeafSystem):
     Positions and directions are x0, y0, x1, y1, ...; a direction of any length, and zero leaves
     the heading that was drawn. Visibility is 1 where a pursuer sees an evader, else 0, row-major
     by pursuer. An assignment is an evader's number, or -1. With a word for the certificate there is
-    also an input `certificate` (1): for how long all evaders can be kept [s], infinite for ever.
+    also an input `certificate` (1): for how long all evaders can be kept [s], infinite if for ever.
     The system has no state; it remembers only what Meshcat was told last.
 
     Source: Zhang 2014, section 2.2.8 and Figure 2.24.

@@ -1,4 +1,4 @@
-/* Frames between work station and robots; radio/frames.py tells their layout. */
+/* Frames between work station and robots; hardware_io/kinds/xbee_frames.py tells their layout. */
 #ifndef FRAMES_H
 #define FRAMES_H
 

@@ -28,8 +28,9 @@ class Arena:
     side: float = 4.0
     # Number of rectangles.
     obstacles: int = 5
-    # Their side lengths are drawn uniformly between these [m].
+    # Their sides are drawn uniformly from this length on [m].
     shortest: float = 0.4
+    # Up to this one [m].
     longest: float = 0.9
     # Least distance between rectangles, and from rectangles to the walls [m].
     gap: float = 0.3

@@ -59,8 +59,9 @@ class ErrorModel(Checked):
     b: Sized = -0.7598
     # Error at y = 0 [m].
     c: Sized = 0.137
-    # Distances between which the fit was measured [m].
+    # Least distance at which the fit was measured [m].
     shortest: Finite = 15 * _INCH
+    # Greatest distance at which it was measured [m].
     longest: Finite = 60 * _INCH
 
     def __post_init__(self) -> None:
@@ -100,9 +101,11 @@ class StandoffLoop(Checked):
 
     # P, PI, PD or PID.
     controller: Annotated[str, one_of(CONTROLLERS)] = "PID"
-    # Gains [1/s], [1/s^2], [1].
+    # Gain K_P [1/s].
     kp: PositiveSized = 10.0
+    # Gain K_I [1/s^2].
     ki: Sized = 5.0
+    # Gain K_D, a pure number.
     kd: NonNegativeSized = 1.0
     # Distance to keep, r [m].
     reference: Sized = 0.2

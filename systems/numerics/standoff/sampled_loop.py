@@ -76,7 +76,7 @@ class SampledPid(Checked):
 def pid_step(
     state: Sequence[Any], estimate: Any, feed_forward: Any, loop: StandoffLoop, sampled: SampledPid
 ) -> tuple[tuple[Any, Any, Any], Any]:
-    """One sample.
+    """One sample of the control law: the next state and the command.
 
     Plain arithmetic, for scalars of any kind that the limit's absolute values go through.
 
@@ -114,14 +114,14 @@ _BELOW = 1e-3
 
 @dataclass(frozen=True)
 class SampledLoop:
-    """A linear loop, and the coefficients above.
+    """The sampled loop, linearised at the wanted equilibrium.
 
     Attributes:
         slope: s, of the estimate over the distance at the wanted equilibrium [1].
         kp, ki, kd: Gains; zero where the controller has no such part [1/s], [1/s^2], [1].
         beta: Of the derivative's filter; 1 without a derivative part, where it has no part.
         period: h [s].
-        delay_samples: d.
+        delay_samples: d, by how many samples the estimate is late.
     """
 
     slope: float

@@ -76,7 +76,7 @@ class _Motion(NamedTuple):
 def certified_ball(
     loop: StandoffLoop, sampled: SampledPid, delay_samples: int = 0
 ) -> CertifiedBall:
-    """The ball of the module's first inequality.
+    """A ball of states around rest whose attraction a Lyapunov inequality certifies.
 
     Args:
         loop: Gains, reference and error.

@@ -38,10 +38,13 @@ RISK_VECTORS = {
     "urgency": URGENCY,
 }
 
-# Codes of the risk functions that `team_risk` takes.
-TOTAL = 0  # the sum of 1/d over the corners
-NEAREST = 1  # the largest 1/d
-MEAN = 2  # the mean of 1/d
+# Codes of the risk functions, for `team_risk`.
+# The sum of 1/d over the corners.
+TOTAL = 0
+# The largest 1/d.
+NEAREST = 1
+# The mean of 1/d.
+MEAN = 2
 
 # Risk functions: one number for a pair of pursuer and evader. "total" is (2.13), the sum of
 # 1/d; "nearest" the largest 1/d; "mean" their average. The thesis gives pursuers different

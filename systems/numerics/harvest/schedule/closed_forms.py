@@ -28,7 +28,7 @@ class EqualCombines:
     """The inputs of the thesis, checked: N, C [kg], r_f, r_u [kg/s] and dT [s].
 
     Attributes:
-        combines: N.
+        combines: Number of combines N.
         capacity: C [kg].
         fill_rate: r_f [kg/s].
         unload_rate: r_u [kg/s].

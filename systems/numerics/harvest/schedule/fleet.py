@@ -69,7 +69,7 @@ class Fleet:
         """The thesis's fleet: alike, and `travel_time` apart along a line (3.3).
 
         Args:
-            combines: N.
+            combines: Number of combines N.
             capacity: C [kg].
             fill_rate: r_f [kg/s].
             unload_rate: r_u [kg/s].

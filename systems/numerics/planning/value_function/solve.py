@@ -131,7 +131,7 @@ def solve_value_function(
         progress: Called after each pass with its number and the largest change [s].
         obstacles: The world in whose free region tractor and trailer stay. Beside walls a cell's
             value comes from its reachable nodes: times there are good to a cell, and values of
-            states within a cell of a wall are infinite; see `among_walls.planner` for paths from
+            states within a cell of a wall are infinite; see `plan_from_table` for paths from
             there.
         discs: What the cart covers; by default `covering_discs(trailer)`.
         warm_start: A table of the same cart and goal on another grid, from which the passes start.

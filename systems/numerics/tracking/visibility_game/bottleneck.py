@@ -45,7 +45,7 @@ def promised_steps(
         visible: Who sees whom, shape (n, m), bool.
 
     Returns:
-        Shape (n, m) [steps]; infinite for ever, 0 where nothing can be guaranteed.
+        Shape (n, m) [steps]; infinite if for ever, 0 where nothing can be guaranteed.
     """
     n, m = visible.shape
     found = np.zeros((n, m))

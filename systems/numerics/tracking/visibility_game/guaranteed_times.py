@@ -143,7 +143,7 @@ class GuaranteedTimes:
             pursuer: Shape (2,) [m].
 
         Returns:
-            Shape (rows, columns) [s]; infinite for ever or beyond the horizon, and NaN where no
+            Shape (rows, columns) [s]; infinite if for ever or beyond the horizon, and NaN where no
             evader can be.
 
         Raises:
@@ -195,7 +195,7 @@ class GuaranteedTimes:
             allowed: Whether the pursuer may go to a place, shape (2,) [m]; None: all are allowed.
 
         Returns:
-            The place, shape (2,) [m]; the time from now [s], infinite for ever. Where nothing is
+            The place, shape (2,) [m]; the time from now [s], infinite if for ever. Where nothing is
             guaranteed the pursuer stays.
 
         Raises:

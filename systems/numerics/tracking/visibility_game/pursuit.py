@@ -115,7 +115,7 @@ def time_of_team(
         pursuers, evaders, visible, assignment: See `guarantee_velocities`.
 
     Returns:
-        Steps from now, infinite for ever, 0 where one is lost at once. For a pursuer that minds
+        Steps from now, infinite if for ever, 0 where one is lost at once. For a pursuer that minds
         several evaders it is the least of their times, which is an overestimate.
     """
     nodes = nodes_of(board, evaders)
@@ -218,9 +218,9 @@ def pair_worths(
         visible: Whether pursuer i sees evader j, shape (n, m), bool.
 
     Returns:
-        Steps from now, infinite for ever, 0 where the pursuer does not see the evader or loses it
-        at once; and the value by which a pursuer ranks its steps: first the time, then the distance
-        to losing; positive wherever it sees the evader. Shapes (n, m).
+        Steps from now, infinite if for ever, 0 where the pursuer does not see the evader or loses
+        it at once; and the value by which a pursuer ranks its steps: first the time, then the
+        distance to losing; positive wherever it sees the evader. Shapes (n, m).
     """
     n, m = visible.shape
     times, worths = np.zeros((n, m)), np.zeros((n, m))

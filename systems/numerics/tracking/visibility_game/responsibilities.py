@@ -273,7 +273,7 @@ def shared_certificate(one: np.ndarray, two: np.ndarray, owners: np.ndarray) -> 
         owners: Who watches each evader, or NOBODY, shape (m,), int.
 
     Returns:
-        Infinite for ever; zero where nobody watches an evader.
+        Infinite if for ever; zero where nobody watches an evader.
     """
     if (owners == NOBODY).any():
         return 0.0

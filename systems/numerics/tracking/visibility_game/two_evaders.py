@@ -111,8 +111,8 @@ class GuaranteedTimesOfTwo:
             pursuer, evader: Shape (2,) [m].
 
         Returns:
-            Shape (rows, columns) [s]; infinite for ever, or to the horizon, zero where the pursuer
-            does not see one of them, and NaN where no evader can be.
+            Shape (rows, columns) [s]; infinite if for ever, or to the horizon, zero where the
+            pursuer does not see one of them, and NaN where no evader can be.
 
         Raises:
             InvalidInput: One of them cannot be there.
@@ -149,7 +149,7 @@ class GuaranteedTimesOfTwo:
             pursuer, evader_1, evader_2: Shape (2,) [m].
 
         Returns:
-            The place, shape (2,) [m]; the time from now [s], infinite for ever. Where nothing is
+            The place, shape (2,) [m]; the time from now [s], infinite if for ever. Where nothing is
             guaranteed the pursuer stays.
 
         Raises:

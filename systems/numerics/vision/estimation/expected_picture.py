@@ -1,6 +1,6 @@
 """What the picture of a shell is expected to show, and how that changes with what is not known.
 
-It is the outline of `shell_outline`, lit, with what lies around and behind it and the robot's top,
+It is the outline of `make_outline`, lit, with what lies around and behind it and the robot's top,
 smoothed by whatever smoothed the picture.
 
 Source: ours.

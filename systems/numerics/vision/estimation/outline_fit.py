@@ -1,6 +1,6 @@
 """A shell's range and bearing from its whole outline, and how sure they are, from one picture.
 
-The picture is expected to be the outline of `shell_outline`, smoothed by whatever smoothed the
+The picture is expected to be the outline of `make_outline`, smoothed by whatever smoothed the
 picture: lens, motion, compression. Least squares over the pixels around a blob find range and
 bearing together with what of the picture is not known beforehand:
 
