@@ -83,7 +83,7 @@ def load_picture(path: str | Path) -> np.ndarray:
     path = Path(path)
     require(path.suffix.lower() in SUFFIXES, "picture", f"end in {', '.join(SUFFIXES)}", path)
     data = read_input("picture", path)
-    size = _png_size(data) if data.startswith(_PNG) else _jpeg_size(data)
+    size = stated_size(data)
     if size is None:
         raise InvalidInput(f"`picture` must be a whole PNG or JPEG file; got {path}")
     words, (width, height) = f"have at most {MOST_PIXELS:,} pixels", size
@@ -118,6 +118,14 @@ def save_picture(path: Path, picture: np.ndarray) -> None:
 # Sizes are read before pixels, because a small file may hold a picture that fills the memory. The
 # decoder fills what is missing of a file that is cut short with grey, and says nothing.
 _PNG = b"\x89PNG\r\n\x1a\n"
+# JPEG's segments that hold the picture's size, and markers without a length.
+_SIZES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+_BARE = frozenset({0x01, *range(0xD0, 0xD9)})
+
+
+def stated_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height that a whole PNG or JPEG file states [px]; None for any other file."""
+    return _png_size(data) if data.startswith(_PNG) else _jpeg_size(data)
 
 
 def _png_size(data: bytes) -> tuple[int, int] | None:
@@ -145,10 +153,12 @@ def _jpeg_size(data: bytes) -> tuple[int, int] | None:
     at = 2
     while whole and at + 9 <= len(data) and data[at] == 0xFF:
         marker = data[at + 1]
-        # A start of frame; the other three of these are tables.
-        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+        if marker in _SIZES:
             height, width = struct.unpack_from(">HH", data, at + 5)
             return width, height
+        if marker == 0xDA:
+            return None
         # Markers may be filled up with bytes that are all ones.
-        at += 1 if marker == 0xFF else 2 + struct.unpack_from(">H", data, at + 2)[0]
+        length = 2 + struct.unpack_from(">H", data, at + 2)[0]
+        at += 1 if marker == 0xFF else 2 if marker in _BARE else length
     return None

@@ -1,7 +1,6 @@
 """Limits of matches and squares, and sizes that files state, just kept and just not."""
 
 import math
-import struct
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +16,6 @@ from sightfield.systems.numerics.social.recognition.matching import (
     map_square,
     match,
 )
-from sightfield.systems.numerics.social.recognition.picture_files import _size
 from sightfield.systems.numerics.social.recognition.recognition import (
     LandmarkDetection,
     Stance,
@@ -238,45 +236,3 @@ def test_three_sides_of_the_evader_at_most_and_one_of_each_landmark(monkeypatch)
     assert [each.subject for each in found.markers] == [MARKER] * 3
     assert tried == [(2, 40), (MARKER, 40), (MARKER, 32), (MARKER, 24), (7, 40)]
     assert found.matches is matches
-
-
-def jpeg(*segments, end=b"\xff\xd9"):
-    return b"\xff\xd8" + b"".join(segments) + b"\xff\xda\x00\x02pixels" + end
-
-
-def frame(kind=0xC0, width=7, height=5):
-    return struct.pack(">BBHBHHB", 0xFF, kind, 8, 8, height, width, 0)
-
-
-def segment(kind, size=9):
-    return struct.pack(">BBH", 0xFF, kind, size) + bytes(size - 2)
-
-
-def test_the_size_of_a_jpeg_is_that_of_its_frame():
-    for kind in range(0xC0, 0xD0):
-        expected = None if kind in (0xC4, 0xC8, 0xCC) else (7, 5)
-        assert _size(jpeg(frame(kind))) == expected, hex(kind)
-    assert _size(jpeg(segment(0xE0), segment(0xDB, 67), frame(0xC2))) == (7, 5)
-    # Markers without a length, and bytes that fill up.
-    bare = [b"\xff\x01", *(bytes([0xFF, kind]) for kind in range(0xD0, 0xD9))]
-    assert _size(jpeg(*bare, b"\xff\xff\xff", frame())) == (7, 5)
-    assert _size(jpeg(b"\x00", frame())) is None
-    assert _size(jpeg()) is None
-    assert _size(jpeg(frame(), end=b"")) is None
-    assert _size(jpeg(frame())[1:]) is None
-    # A frame after the pixels is none; one that ends with the file is.
-    assert _size(b"\xff\xd8\xff\xda\x00\x02" + frame() + b"\xff\xd9") is None
-
-
-def test_the_size_of_a_png_is_that_of_its_header():
-    head = b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", 640, 480)
-    assert _size(head + b"..IDAT..IEND") == (640, 480)
-    for spoilt in (
-        head[:23],
-        head + b"..IEND..IDAT",
-        head + b"..IEND",
-        head.replace(b"IHDR", b"IHDX") + b"..IDAT..IEND",
-        b"x" + head + b"..IDAT..IEND",
-        head,
-    ):
-        assert _size(spoilt) is None

@@ -23,10 +23,10 @@ JPEG = encode_picture(PICTURE)
 PNG = cv2.imencode(".png", PICTURE[..., ::-1])[1].tobytes()
 
 
-def png_that_claims(width: int, height: int) -> bytes:
+def png_that_claims(width: int, height: int, pixels: bytes = zlib.compress(bytes(64))) -> bytes:
     """A file of few bytes that says it is large."""
     header = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    chunks = [header, b"IDAT" + zlib.compress(bytes(64)), b"IEND"]
+    chunks = [header, b"IDAT" + pixels, b"IEND"]
     packed = (struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in chunks)
     return b"\x89PNG\r\n\x1a\n" + b"".join(packed)
 
@@ -48,7 +48,8 @@ def test_a_png_is_read_as_it_is():
         (JPEG[: len(JPEG) // 2], "be a whole PNG or JPEG file"),
         (PNG[: len(PNG) // 2], "be a whole PNG or JPEG file"),
         (png_that_claims(60000, 60000), "be 256 x 256 pixels; got 60000 x 60000"),
-        (png_that_claims(256, 256)[:-20] + b"IEND", "decode to 8-bit colours"),
+        (png_that_claims(256, 256)[:-20] + b"IEND", "be a whole PNG or JPEG file"),
+        (png_that_claims(256, 256, b"no pixels"), "decode to 8-bit colours"),
         (bytes(LARGEST + 1), "have at most"),
         (encode_picture(PICTURE[:100]), "be 256 x 256 pixels; got 256 x 100"),
     ],

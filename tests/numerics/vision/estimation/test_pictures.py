@@ -17,7 +17,11 @@ from sightfield.systems.numerics.vision.estimation.labelled_pictures import (
     read_labels,
     save_pictures,
 )
-from sightfield.systems.numerics.vision.estimation.pictures import load_picture, save_picture
+from sightfield.systems.numerics.vision.estimation.pictures import (
+    load_picture,
+    save_picture,
+    stated_size,
+)
 
 
 @pytest.fixture
@@ -194,3 +198,56 @@ def test_a_name_without_a_place_is_refused(tmp_path, picture):
 def test_no_folder_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="`pictures` must be a folder"):
         read_labels(tmp_path / "nowhere")
+
+
+def jpeg(*segments, end=b"\xff\xd9"):
+    return b"\xff\xd8" + b"".join(segments) + b"\xff\xda\x00\x02pixels" + end
+
+
+def frame(kind=0xC0, width=7, height=5):
+    return struct.pack(">BBHBHHB", 0xFF, kind, 8, 8, height, width, 0)
+
+
+def segment(kind, size=9):
+    return struct.pack(">BBH", 0xFF, kind, size) + bytes(size - 2)
+
+
+def test_the_size_of_a_jpeg_is_that_of_its_frame():
+    for kind in range(0xC0, 0xD0):
+        expected = None if kind in (0xC4, 0xC8, 0xCC) else (7, 5)
+        assert stated_size(jpeg(frame(kind))) == expected, hex(kind)
+    assert stated_size(jpeg(segment(0xE0), segment(0xDB, 67), frame(0xC2))) == (7, 5)
+    # Markers without a length, and bytes that fill up.
+    bare = [b"\xff\x01", *(bytes([0xFF, kind]) for kind in range(0xD0, 0xD9))]
+    assert stated_size(jpeg(*bare, b"\xff\xff\xff", frame())) == (7, 5)
+    assert stated_size(jpeg(b"\x00", frame())) is None
+    assert stated_size(jpeg()) is None
+    assert stated_size(jpeg(frame(), end=b"")) is None
+    assert stated_size(jpeg(frame())[1:]) is None
+    # A frame after the pixels is none; one that ends with the file is.
+    assert stated_size(b"\xff\xd8\xff\xda\x00\x02" + frame() + b"\xff\xd9") is None
+
+
+def chunk(kind, body=b""):
+    whole = kind + body
+    return struct.pack(">I", len(body)) + whole + struct.pack(">I", zlib.crc32(whole))
+
+
+def test_the_size_of_a_png_is_that_of_its_header():
+    start, head = (
+        b"\x89PNG\r\n\x1a\n",
+        chunk(b"IHDR", struct.pack(">II", 640, 480) + b"\x08\x02\0\0\0"),
+    )
+    pixels, end = chunk(b"IDAT", b"pixels"), chunk(b"IEND")
+    assert stated_size(start + head + chunk(b"tEXt", b"IEND") + pixels + end) == (640, 480)
+    for spoilt in (
+        start + head,
+        start + head + end + pixels,
+        start + head + end,
+        start + head.replace(b"IHDR", b"IHDX") + pixels + end,
+        start + head + pixels[:-1] + b"?" + end,
+        b"x" + start + head + pixels + end,
+        start + pixels + end,
+        start,
+    ):
+        assert stated_size(spoilt) is None
