@@ -169,7 +169,7 @@ def run(
         yields=yields,
     )
     watched = WatchedRun(out, as_json=as_json, meshcat=meshcat, replay=replay)
-    with watched.opened() as (written_to, page):
+    with watched.folder() as written_to:
         with watched.bar() as bar:
             task = bar.add_task("plan", total=1.0)
 
@@ -191,7 +191,7 @@ def run(
             bar.update(task, description="harvested", total=1.0)
             done = run_harvest(
                 job,
-                page,
+                watched.page(),
                 recording=watched.recording,
                 realtime_rate=realtime,
                 progress=lambda share: bar.update(task, completed=share),

@@ -4,7 +4,7 @@ import inspect
 import json
 import sys
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -279,7 +279,10 @@ if TYPE_CHECKING:
 
 
 class WatchedRun:
-    """A run as options ask for it: `opened`, below a `bar`, then `tell` and `stay`."""
+    """A run as options ask for it: `opened`, below a `bar`, then `tell` and `stay`.
+
+    What has to be planned first has its `folder`, and its `page` when there is something to see.
+    """
 
     def __init__(self, out: Path | None, *, as_json: bool, meshcat: bool | None, replay: bool):
         """Find out who watches.
@@ -308,16 +311,28 @@ class WatchedRun:
         Raises:
             InvalidInput: See `output_folder`.
         """
-        with optional_folder(self._out) as folder:
-            page = None
-            if self.live or self.recording or steered:
-                # It loads Drake, for which nonsense among the options should not wait.
-                from ..visuals.live_page import open_live_page
+        with self.folder() as folder:
+            yield folder, self.page(steered=steered)
 
-                page = open_live_page()
-            if self.live and page is not None:
-                self.console.print(f"Watch it at [bold]{page.web_url()}[/]")
-            yield folder, page
+    def folder(self) -> AbstractContextManager[Path | None]:
+        """The folder to write into, which may be None; see `opened`."""
+        return optional_folder(self._out)
+
+    def page(self, *, steered: bool = False) -> "Meshcat | None":
+        """The page to draw on, which may be None; where somebody watches, its address is told.
+
+        Args:
+            steered: Whether somebody takes part on the page, so that there must be one.
+        """
+        if not (self.live or self.recording or steered):
+            return None
+        # It loads Drake, for which nonsense among the options should not wait.
+        from ..visuals.live_page import open_live_page
+
+        page = open_live_page()
+        if self.live:
+            self.console.print(f"Watch it at [bold]{page.web_url()}[/]")
+        return page
 
     def bar(self):
         """See `progress_bar`."""
