@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.contour import QuadContourSet
 
 from sightfield.diagrams.standoff.analysis import analyse_standoff
 from sightfield.diagrams.standoff.make_standoff import StandoffScenario, run_standoff
@@ -11,9 +12,11 @@ from sightfield.diagrams.standoff.pictures import (
     draw_phase_portrait,
     draw_responses,
     draw_root_locus,
+    draw_sampled_region,
 )
 from sightfield.diagrams.standoff.simulation import write_standoff_replay
 from sightfield.systems.numerics.standoff.loop import CONTROLLERS, StandoffLoop, wanted_equilibrium
+from sightfield.systems.numerics.standoff.sampled_loop import SampledPid
 
 
 def curves(axes):
@@ -143,3 +146,15 @@ def test_the_replay_plays_without_complaints_and_keeps_both_in_view(tmp_path, ne
     )
     assert shown == [[2], [2], [0]] or shown == [[2], [2], [1]]
     assert watched.complaints == []
+
+
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+def test_the_region_with_clock_and_delay_is_painted_where_motions_come_to_rest(controller):
+    loop = StandoffLoop(controller=controller, kd=0.2)
+    found = analyse_standoff(loop, SampledPid(period=0.05), delay_samples=1)
+    (axes,) = draw_sampled_region(found).axes
+    (painted,) = [each for each in axes.collections if isinstance(each, QuadContourSet)]
+    (region,) = painted.get_paths()
+    # At the wanted equilibrium, and not beyond the other one.
+    assert region.contains_point((found.wanted.y, 0.0))
+    assert not region.contains_point((max(each.y for each in found.equilibria) + 0.1, 0.0))

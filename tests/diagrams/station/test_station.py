@@ -3,6 +3,7 @@
 import gc
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,6 +84,19 @@ def test_the_ports_are_the_same_in_every_mode(load_laboratory, short_log):
     told = {**believed_ports(scenario), **supervisor_ports(scenario)}
     sizes = {**device_ports(scenario), IMAGE: None, **told, SENT: 12}
     assert simulated == [[(COMMANDS, 12)], list(sizes.items())]
+
+
+def test_a_log_of_a_single_tick_is_played_again(load_laboratory, tmp_path):
+    path = tmp_path / "run.log"
+    scenario, game = load_laboratory()
+    # Of one period.
+    scenario = replace(scenario, tracking=replace(scenario.tracking, seconds=scenario.period))
+    run_station(scenario, game, log=path, realtime_rate=0)
+    log = read_run_log(path)
+    log = replace(log, times=log.times[:1], samples={k: v[:1] for k, v in log.samples.items()})
+    station = MakeStation(scenario, log, game=game)
+    context = station.CreateDefaultContext()
+    assert np.isfinite(station.GetOutputPort("pursuer.poses").Eval(context)).all()
 
 
 def test_without_hardware_true_is_refused_in_one_line(load_laboratory):
