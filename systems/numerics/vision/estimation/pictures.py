@@ -124,7 +124,11 @@ _BARE = frozenset({0x01, *range(0xD0, 0xD9)})
 
 
 def stated_size(data: bytes) -> tuple[int, int] | None:
-    """Width and height that a whole PNG or JPEG file states [px]; None for any other file."""
+    """Width and height that a whole PNG or JPEG file states [px]; None for any other file.
+
+    Args:
+        data: The bytes of the file.
+    """
     return _png_size(data) if data.startswith(_PNG) else _jpeg_size(data)
 
 
