@@ -110,7 +110,7 @@ def _acting(node: ast.AST) -> Iterator[ast.AST]:
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, ast.JoinedStr):
                 continue
-            if isinstance(child, ast.keyword) and child.arg == "strict":
+            if isinstance(child, ast.keyword) and child.arg == "strict" and _is_zip(node):
                 continue
             if not _is_shape(node, child):
                 yield from _acting(child)
@@ -118,6 +118,14 @@ def _acting(node: ast.AST) -> Iterator[ast.AST]:
             for length in child.elts if isinstance(child, ast.Tuple) else [child]:
                 if not _is_left(length):
                     yield from _acting(length)
+
+
+def _is_zip(node: ast.AST) -> bool:
+    match node:
+        case ast.Call(func=ast.Name(id="zip")):
+            return True
+        case _:
+            return False
 
 
 def _is_left(length: ast.AST) -> bool:

@@ -32,6 +32,8 @@ _TESTS = ("tests/numerics", "tests/systems", "tests/diagrams", "tests/hardware_i
 
 # Files of tests that are run whole, however few of them reach a line [s].
 _SHORT = 10.0
+# All tests of a story that are taken where none of them is known to reach a line [s].
+_WHOLE_STORY = 120.0
 
 # Where a compiled function stands: its file and its first line.
 _Kernel = tuple[str, int]
@@ -174,6 +176,8 @@ class Reach:
         What tests of a file share, as a run of a game, is reached by the first of them alone: so
         all tests of a file are taken, if they are not much longer than those that reach the line.
         What runs when a module is imported, and gives no name, is reached by whoever comes first.
+        What runs in processes of their own is not recorded: where no test of a file's story reaches
+        a line, all of its story's are taken as well, if they are not too long.
 
         Args:
             file: From the root.
@@ -203,11 +207,13 @@ class Reach:
             if total > longest and found:
                 break
             found += taken
+        story = Path("tests", *parts[:2])
+        if (ROOT / story).is_dir() and not any(test.startswith(str(story)) for test in found):
+            every = [test for test in self._tests if test.startswith(f"{story}/")]
+            # How long they take is not known if none is recorded.
+            if every and self._seconds(every) <= _WHOLE_STORY:
+                found.append(str(story))
         return found
-
-    def seconds_in(self, folder: str) -> float:
-        """How long all tests in a folder take together, as they were recorded [s]."""
-        return self._seconds(each for each in self._tests if each.startswith(f"{folder}/"))
 
     def compiled_with(self, file: Path, line: int) -> set[Path]:
         """Files with compiled functions that hold what stands in a line, whatever calls it."""

@@ -30,8 +30,6 @@ from run import FAILED, NEVER_ENDED, PASSED, ROOT, copy_tree, run_tests
 
 # How long the tests of one fault may take, as they were recorded: others are left out [s].
 LONGEST_TESTS = 60.0
-# How long all tests of a story may take that are tried where none of them is known to reach a line.
-LONGEST_BESIDE = 120.0
 # With what has to be compiled, and a machine that does other things, too. Then they never end [s].
 LONGEST_RUN = 300.0
 
@@ -102,11 +100,6 @@ def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
     about: dict[str, object] = {"name": name, "story": module.story, "found": None}
     source = _text(ROOT / module.file)
     tests = reach.chosen(module.file, fault.line, LONGEST_TESTS)
-    beside = _tests_beside(module.file)
-    # What runs in processes of their own is not recorded.
-    own = beside is not None and any(test.startswith(beside) for test in tests)
-    if beside is not None and not own and reach.seconds_in(beside) <= LONGEST_BESIDE:
-        tests.append(beside)
     if not tests:
         return about
     with tempfile.TemporaryDirectory() as copy:
@@ -137,13 +130,6 @@ def try_fault(name: str, module: Module, reach: Reach) -> dict[str, object]:
                 return about | {"found": test}
             print(f"fails without the fault too: {test}", flush=True)
             spoilt.append(test)
-
-
-def _tests_beside(file: Path) -> str | None:
-    """The folder of tests of a file's story, if there is one."""
-    parts = [each for each in file.parts if each != "systems" or "numerics" not in file.parts]
-    folder = Path("tests", *parts[:2])
-    return str(folder) if (ROOT / folder).is_dir() else None
 
 
 @cache

@@ -47,6 +47,8 @@ faults_of = load("faults").faults_of
         ("x = a.reshape(-1)", set()),
         ("x = a.reshape((-1, 2))", {"x = a.reshape((-1, 3))"}),
         ("x = a.reshape(-n)", {"x = a.reshape((n))"}),
+        ("x = zip(a, b, strict=True)", set()),
+        ("x = find(a, strict=True)", {"x = find(a, strict=False)"}),
     ],
 )
 def test_each_operator_makes_its_faults(source, faulty):

@@ -1,7 +1,6 @@
 """The page with sliders: pictures follow the gains, in a browser too."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -87,13 +86,28 @@ def test_the_whole_picture_is_on_a_page_of_any_shape(new_page):
     assert watched.complaints == []
 
 
+class Clock:
+    """One that goes on as somebody sleeps, and a little as somebody looks at it."""
+
+    def __init__(self):
+        self.now, self.naps = 0.0, []
+
+    def monotonic(self):
+        self.now += 1e-3
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+        self.naps.append(seconds)
+
+
 def test_between_two_looks_at_sliders_that_rest_the_page_sleeps(monkeypatch):
     page = StandoffPage(open_live_page(port=0), StandoffScenario(loop=StandoffLoop()))
-    naps, sleep = [], time.sleep
-    monkeypatch.setattr("time.sleep", lambda seconds: (naps.append(seconds), sleep(seconds)))
+    clock = Clock()
+    monkeypatch.setattr("sightfield.diagrams.standoff.laboratory.time", clock)
     looks, update = [], page.update
     monkeypatch.setattr(page, "update", lambda: looks.append(update()) or looks[-1])
     page.serve(0.4)
     assert not any(looks)
-    assert len(naps) == len(looks) > 1
-    assert min(naps) > 0.01
+    assert len(clock.naps) == len(looks) > 1
+    assert min(clock.naps) > 0.01

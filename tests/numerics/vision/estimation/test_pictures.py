@@ -234,10 +234,8 @@ def chunk(kind, body=b""):
 
 
 def test_the_size_of_a_png_is_that_of_its_header():
-    start, head = (
-        b"\x89PNG\r\n\x1a\n",
-        chunk(b"IHDR", struct.pack(">II", 640, 480) + b"\x08\x02\0\0\0"),
-    )
+    start = b"\x89PNG\r\n\x1a\n"
+    head = chunk(b"IHDR", struct.pack(">II", 640, 480) + b"\x08\x02\0\0\0")
     pixels, end = chunk(b"IDAT", b"pixels"), chunk(b"IEND")
     assert stated_size(start + head + chunk(b"tEXt", b"IEND") + pixels + end) == (640, 480)
     for spoilt in (
